@@ -304,7 +304,8 @@ LIMITS = {
         "Edges of the body may pass through each other, and it slides on itself without friction. Parts of a surface that the "
         "simulated mesh leaves off follow it without a weight of their own. Linear tetrahedra are stiffer than "
         "the body: a beam of eight across its height bends 11 % less than theory, of fourteen 4 %.",
-        "Shapes may be of any quality; those far from any shape of the body, such as random points, take seconds each."],
+        "Shapes may be of any quality, of about the size of the body; those far from any shape of it, such as random points, take "
+        "seconds each."],
     "vtkPoseEnsembleFilter": [
         "About 60 ms of one processor for each sample on 1,500 points and 300 ms on 5,000.",
         "At most 423 s and 5.5 GB for a sample of 3 million triangles, on a busy machine (Testing/Benchmarks/README.md)."],

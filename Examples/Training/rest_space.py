@@ -155,8 +155,8 @@ class Modes:
         return ((shapes - center) * self._weights).reshape(len(shapes), -1)
 
     def _count(self, features):
-        distances = np.linalg.norm(features[:, None] - self._leaders[None], axis=2)
-        return np.bincount(distances.argmin(axis=1), minlength=len(self._leaders)) / len(features)
+        distances = np.stack([np.linalg.norm(features - leader, axis=1) for leader in self._leaders])
+        return np.bincount(distances.argmin(axis=0), minlength=len(self._leaders)) / len(features)
 
 
 def settled(mesh, shapes, options):
@@ -224,9 +224,9 @@ def parsed(arguments):
     parser.add_argument("--surface", action="append", default=[], metavar="FILE",
                         help="the body with another triangulation; may be repeated")  # fmt: skip
     parser.add_argument("--settle", action="store_true", help="rows for the rest states next to the samples, too")
-    parser.add_argument("--tetrahedra", metavar="FILE", help="tetrahedra that the data were simulated with (.vtu)")
+    parser.add_argument("--tetrahedra", metavar="FILE", help="tetrahedra that the data were simulated with (.vtu), to settle in")
     parser.add_argument("--surface-points", type=int, default=500, metavar="N",
-                        help="or points of the simulated surface (default: 500)")  # fmt: skip
+                        help="or points of the simulated surface, to settle in (default: 500)")  # fmt: skip
     parser.add_argument("--up", type=float, nargs=3, default=[0.0, 0.0, 1.0], metavar="X", help="upwards (default: 0 0 1)")
     parser.add_argument("--samples", type=int, default=100, help="generated and test states (default: 100)")
     parser.add_argument("--steps", type=int, default=20, help="of the flow (default: 20)")

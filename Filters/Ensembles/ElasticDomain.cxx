@@ -103,7 +103,6 @@ TriangleMesh Remeshed(const TriangleMesh& mesh, int points, const Progress& prog
 /// then with more of them. TetGen's reasons are about triangles and options that the caller does not know.
 FilledSurface FillRemeshed(const TriangleMesh& surface, int points, const Progress& progress)
 {
-  std::string reason;
   for (int attempt = 0; attempt < Attempts; ++attempt)
   {
     const Progress attempting = SubProgress(progress, attempt / double{ Attempts }, (attempt + 1) / double{ Attempts });
@@ -111,9 +110,6 @@ FilledSurface FillRemeshed(const TriangleMesh& surface, int points, const Progre
     const TriangleMesh mesh = Remeshed(surface, morePoints, SubProgress(attempting, 0.0, 0.5));
     TetrahedralizeOptions options;
     options.TargetEdgeLength = MeanSideLength(mesh);
-    reason = "The surface, remeshed to " + std::to_string(mesh.NumberOfPoints()) +
-      " points (NumberOfSurfacePoints), cannot be filled; a larger number, 0, or tetrahedra on port 1 "
-      "(SetTetrahedraConnection) may help.";
     try
     {
       return Tetrahedralize(mesh, options, {}, SubProgress(attempting, 0.5, 1.0));
@@ -123,7 +119,9 @@ FilledSurface FillRemeshed(const TriangleMesh& surface, int points, const Progre
     catch (const SolverFailure&)
     {}
   }
-  throw InvalidInput(reason);
+  throw InvalidInput("The surface, remeshed to " + std::to_string(points) +
+    " points (NumberOfSurfacePoints) and up to half as many again, cannot be filled; a number above twice that, 0, or "
+    "tetrahedra on port 1 (SetTetrahedraConnection) may help.");
 }
 
 TetrahedralMesh Filled(Surface& surface, int surfacePoints, const Progress& progress)

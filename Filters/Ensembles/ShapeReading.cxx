@@ -11,7 +11,7 @@
 namespace surfsynth
 {
 
-std::vector<MovedCopy> MovedCopies(vtkDataObject* shapes)
+std::vector<MovedCopy> MovedCopies(vtkDataObject* shapes, vtkPointSet* body)
 {
   std::vector<MovedCopy> copies;
   for (const Leaf& leaf : LeavesOf(shapes))
@@ -23,10 +23,13 @@ std::vector<MovedCopy> MovedCopies(vtkDataObject* shapes)
       throw InvalidInput(name + " of the shapes is a " + leaf.Data->GetClassName() +
         "; expected copies of the input with moved points.");
     }
-    if (!IsEmpty(copy))
+    if (copy->GetNumberOfPoints() != body->GetNumberOfPoints())
     {
-      copies.push_back({ copy, name });
+      throw InvalidInput(name + " of the shapes has " + std::to_string(copy->GetNumberOfPoints()) +
+        " points and the input has " + std::to_string(body->GetNumberOfPoints()) +
+        "; expected copies of the input with moved points.");
     }
+    copies.push_back({ copy, name });
   }
   if (copies.empty())
   {
@@ -35,16 +38,10 @@ std::vector<MovedCopy> MovedCopies(vtkDataObject* shapes)
   return copies;
 }
 
-PointMatrix PointsOfCopy(const MovedCopy& shape, vtkPointSet* body, const PointMatrix& rest)
+PointMatrix PointsOfCopy(const MovedCopy& shape, const PointMatrix& rest)
 {
-  const vtkIdType count = shape.Copy->GetNumberOfPoints();
-  if (count != body->GetNumberOfPoints())
-  {
-    throw InvalidInput(shape.Name + " of the shapes has " + std::to_string(count) + " points and the input has " +
-      std::to_string(body->GetNumberOfPoints()) + "; expected copies of the input with moved points.");
-  }
   PointMatrix points = rest;
-  for (vtkIdType v = 0; v < count; ++v)
+  for (vtkIdType v = 0; v < rest.rows(); ++v)
   {
     Eigen::RowVector3d point;
     shape.Copy->GetPoint(v, point.data());

@@ -21,12 +21,12 @@ struct MovedCopy
   std::string Name;            ///< "Block 3", or "The dataset" by itself: begins messages
 };
 
-/// The datasets of @p shapes, a dataset or the leaves of a composite one, in order; null and empty ones are left out.
-/// @throws InvalidInput when one has no points of its own, or there is none
-std::vector<MovedCopy> MovedCopies(vtkDataObject* shapes);
+/// The datasets of @p shapes, a dataset or the leaves of a composite one, in order, without null ones.
+/// @throws InvalidInput when there is none, or one has no points of its own or another number of points than @p body
+std::vector<MovedCopy> MovedCopies(vtkDataObject* shapes, vtkPointSet* body);
 
-/// Points [V, 3] of a copy of @p body, world units; those that are not finite in @p rest [V, 3] are as there.
-/// @throws InvalidInput for another number of points, and for coordinates that are not finite
-PointMatrix PointsOfCopy(const MovedCopy& shape, vtkPointSet* body, const PointMatrix& rest);
+/// Points [V, 3] of a copy, world units; those that are not finite in @p rest [V, 3] are as there.
+/// @throws InvalidInput for coordinates that are not finite
+PointMatrix PointsOfCopy(const MovedCopy& shape, const PointMatrix& rest);
 
 } // namespace surfsynth

@@ -135,12 +135,13 @@ public:
 
   void MakeRestStates(const surfsynth::Block& block, const surfsynth::Progress& progress)
   {
+    const std::vector<surfsynth::MovedCopy> copies = this->CopiesOf(block);
     const ElasticDomain& domain = this->DomainOf(block, surfsynth::SubProgress(progress, 0.0, 0.1));
     const Frame frame(
       domain.Mesh.Points, Eigen::Map<const Eigen::Vector3d>(this->Self->UpDirection), this->Self->LengthUnit);
     const surfsynth::Progress simulating = surfsynth::SubProgress(progress, 0.1, 0.94);
-    std::vector<ElasticEquilibrium> states = this->Shapes ? this->Settled(block, domain, frame, simulating)
-                                                          : this->Dropped(block, domain, frame, simulating);
+    std::vector<ElasticEquilibrium> states = copies.empty() ? this->Dropped(block, domain, frame, simulating)
+                                                            : this->Settled(copies, domain, frame, simulating);
     const surfsynth::Progress following = surfsynth::SubProgress(progress, 0.94, 0.97);
     std::vector<PointMatrix> points;
     for (ElasticEquilibrium& state : states)
@@ -174,13 +175,34 @@ public:
     const std::size_t shapes = surfsynth::LeavesOf(given).size();
     const int samples = given ? static_cast<int>(std::max<std::size_t>(shapes, 1)) : this->Self->NumberOfSamples;
     // Points and displacements, in double precision while they are made and afterwards in that of the input.
-    return surfsynth::ProblemOfMemory(input, { samples, 48.0, 0.0, 8192.0, this->Self->MemoryLimit });
+    std::string problem = surfsynth::ProblemOfMemory(input, { samples, 48.0, 0.0, 8192.0, this->Self->MemoryLimit });
+    const std::string advice = "A NumberOfSamples of ";
+    if (const std::size_t place = problem.find(advice); given && place != std::string::npos)
+    {
+      problem.replace(place, advice.size(), "A number of shapes of ");
+    }
+    return problem;
   }
 
   surfsynth::BlockCache<PreparedBody> Blocks;
   vtkTypeInt64 NumberOfPreparations = 0;
 
 private:
+  /// The shapes of a block, judged before long work; none without port 2.
+  std::vector<surfsynth::MovedCopy> CopiesOf(const surfsynth::Block& block) const
+  {
+    if (!this->Shapes)
+    {
+      return {};
+    }
+    if (block.FlatIndex != 0)
+    {
+      throw surfsynth::InvalidInput(
+        "Shapes of a composite input are not supported; expected a dataset, of which they are moved copies.");
+    }
+    return surfsynth::MovedCopies(this->Shapes, vtkPointSet::SafeDownCast(block.Input));
+  }
+
   /// Rest states after random drops.
   std::vector<ElasticEquilibrium> Dropped(const surfsynth::Block& block, const ElasticDomain& domain,
     const Frame& frame, const surfsynth::Progress& progress) const
@@ -195,19 +217,13 @@ private:
   }
 
   /// Rest states next to the shapes.
-  std::vector<ElasticEquilibrium> Settled(const surfsynth::Block& block, const ElasticDomain& domain,
+  std::vector<ElasticEquilibrium> Settled(const std::vector<surfsynth::MovedCopy>& copies, const ElasticDomain& domain,
     const Frame& frame, const surfsynth::Progress& progress) const
   {
-    if (block.FlatIndex != 0)
-    {
-      throw surfsynth::InvalidInput(
-        "Shapes of a composite input are not supported; expected a dataset, of which they are moved copies.");
-    }
     std::vector<PointMatrix> shapes;
-    for (const surfsynth::MovedCopy& shape : surfsynth::MovedCopies(this->Shapes))
+    for (const surfsynth::MovedCopy& copy : copies)
     {
-      const PointMatrix points = PointsOfCopy(shape, vtkPointSet::SafeDownCast(block.Input), domain.Points);
-      shapes.push_back(frame.ToMeters(points));
+      shapes.push_back(frame.ToMeters(PointsOfCopy(copy, domain.Points)));
     }
     const surfsynth::DropOptions options = this->Options();
     const surfsynth::ElasticSettling settling({ frame.ToMeters(domain.Mesh.Points), domain.Mesh.Tetrahedra },

@@ -21,10 +21,11 @@
  * library was built without CGAL or TetGen.
  *
  * Port 2, optional: shapes, a moved copy of the dataset of port 0, or a composite dataset of such copies, as
- * vtkFlowMatchingDeformer makes them; of any height above the floor. Then nothing falls: for each shape the body is laid,
- * undeformed, next to it, drawn into it by springs, which end where the floor or the body itself is in the way, and let
- * go; it creeps to the next equilibrium. Seed, NumberOfSamples, DropHeight, the spins, RandomOrientation, Damping and
- * MaximumTime are not used. Not for composite inputs on port 0.
+ * vtkFlowMatchingDeformer makes them; of about the size of the body, and of any height above the floor. Then nothing falls:
+ * for each shape the body is laid, undeformed, next to it, drawn into it by springs, which end where the floor or the body
+ * itself is in the way, and let go; it creeps to the next equilibrium, and is turned as the input lies unless Align is off.
+ * Seed, NumberOfSamples, DropHeight, the spins, RandomOrientation, Damping and MaximumTime are not used, and TimeStep is where
+ * the creep begins. Not for composite inputs on port 0.
  *
  * @par Output
  * A vtkMultiBlockDataSet (for a composite input, the input's class with one in place of each block) with a copy of the

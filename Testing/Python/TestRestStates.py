@@ -95,15 +95,23 @@ def test_shapes_of_tetrahedra_settle():
 
 
 def test_shapes_are_checked():
-    for wrong in (np.zeros((8, 3)), np.zeros((0, 8, 3)), np.zeros((2, 7, 3)), np.zeros((2, 8, 3), dtype=complex)):
-        with pytest.raises(ValueError, match="shapes must be positions"):
+    for wrong in (np.zeros((0, 8, 3)), np.zeros((2, 7, 3)), np.zeros((8, 2)), [np.zeros((7, 3))], []):
+        with pytest.raises(ValueError, match="^shapes must be"):
             ss.settle(volume(), wrong)
-    with pytest.raises(TypeError, match="as shapes"):
-        ss.settle(volume(), "shapes.vtm")
+    for wrong in ("shapes.vtm", np.zeros((2, 8, 3), dtype=complex), ["a", "b"], [[0.0, 1.0, 2.0]] * 8):
+        with pytest.raises(TypeError, match="^shapes must be"):
+            ss.settle(volume(), wrong)
     with pytest.raises(ss.SurfaceSynthesisError, match="not finite"):
         ss.settle(volume(), np.full((1, 8, 3), np.nan))
     with pytest.raises(ss.Cancelled):
         ss.settle(volume(), np.zeros((1, 8, 3)), progress=lambda fraction: False)
+
+
+def test_shapes_may_be_one_or_a_list():
+    shape = vtk_to_numpy(volume(1.1).GetPoints().GetData())
+    expected = ss.settle(volume(), shape[None])
+    for shapes in (shape, [shape], volume(1.1), [volume(1.1)]):
+        assert np.array_equal(ss.settle(volume(), shapes), expected)
 
 
 def test_arguments_are_checked():
@@ -171,6 +179,12 @@ def test_the_command_settles_shapes(tmp_path):
     assert np.array_equal(vtk_to_numpy(ss.read_mesh(single).GetPoints().GetData()), expected)
     assert main(["settle", body, single, "--shapes", shape, shape, *options]) != 0
     assert main(["settle", body, states, "--shapes", states.replace(".vtm", ".exe"), *options]) == 2
+    heat = str(tmp_path / "heat.safetensors")
+    ss.write_signal_dataset(heat, [((points, triangles), np.zeros((2, len(points), 1), dtype=np.float32))], "Heat")
+    assert main(["settle", body, states, "--shapes", heat, *options]) != 0
+    positions = str(tmp_path / "positions.safetensors")
+    ss.write_signal_dataset(positions, [((points, triangles), np.stack([points, points]).astype(np.float32))], "Position")
+    assert main(["settle", body, states, "--shapes", positions, *options]) == 0
 
 
 def test_the_command_settles_tetrahedra(tmp_path):
@@ -179,3 +193,5 @@ def test_the_command_settles_tetrahedra(tmp_path):
     ss.write_mesh(volume(1.2), shape)
     assert main(["settle", body, state, "--shapes", shape, "--quiet"]) == 0
     assert ss.read_mesh(state).GetNumberOfCells() == 6
+    assert main(["settle", body, state, "--shapes", "shape.safetensors", "--quiet"]) == 2
+    assert main(["settle", body, str(tmp_path / "no" / "state.vtu"), "--shapes", shape, "--quiet"]) != 0

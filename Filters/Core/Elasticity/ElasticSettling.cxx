@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <string>
 #include <utility>
 
 namespace surfsynth
@@ -17,8 +18,8 @@ namespace surfsynth
 
 namespace
 {
-/// Pressure of the springs, as a fraction of Young's modulus, on a place that is a diagonal away from its end.
-constexpr double Pull = 50.0;
+/// Pressure of the springs, in multiples of Young's modulus, on a place that is a diagonal away from its end.
+constexpr double SpringPressure = 50.0;
 /// Forces that are left where the springs let go, as a fraction of the weight.
 constexpr double HeldImbalance = 0.05;
 /// Largest number of steps in which they hold it.
@@ -75,6 +76,7 @@ ElasticSettling::ElasticSettling(TetrahedralMesh mesh, std::vector<VolumePlace> 
   , Offsets(std::move(offsets))
   , Weights(std::move(weights))
 {
+  this->Options.Surroundings.Damping = 0.0; // the body creeps: there is no momentum
   for (Eigen::Index k = 0; k < this->Rest.rows(); ++k)
   {
     const VolumePlace& place = this->Places[static_cast<std::size_t>(k)];
@@ -91,6 +93,29 @@ ElasticSettling::ElasticSettling(TetrahedralMesh mesh, std::vector<VolumePlace> 
 
 ElasticEquilibrium ElasticSettling::Settle(const PointMatrix& shape, const Progress& progress) const
 {
+  const std::string cause =
+    "There is no rest state next to this shape, which may be too far from all shapes of the body. ";
+  try
+  {
+    PointMatrix bound = shape;
+    for (Eigen::Index k = 0; k < bound.rows(); ++k)
+    {
+      bound.row(k) = this->Weights[k] > 0.0 ? Eigen::RowVector3d(shape.row(k)) : Eigen::RowVector3d::Zero();
+    }
+    return this->SettleBound(bound, progress);
+  }
+  catch (const InvalidInput& error)
+  {
+    throw SolverFailure(cause + error.what());
+  }
+  catch (const SolverFailure& error)
+  {
+    throw SolverFailure(cause + error.what());
+  }
+}
+
+ElasticEquilibrium ElasticSettling::SettleBound(const PointMatrix& shape, const Progress& progress) const
+{
   const TetrahedralMesh& mesh = this->Elastic.Mesh();
   const BoundingBox box = ComputeBoundingBox(mesh);
   const double diagonal = (box.Upper - box.Lower).norm();
@@ -106,7 +131,7 @@ ElasticEquilibrium ElasticSettling::Settle(const PointMatrix& shape, const Progr
   LayDown(start, this->Elastic.Masses(), std::max(contact, start.col(2).minCoeff()));
 
   ElasticSurroundings held = this->Options.Surroundings;
-  const double pressure = Pull * this->Options.Material.YoungsModulus / diagonal;
+  const double pressure = SpringPressure * this->Options.Material.YoungsModulus / diagonal;
   const double area = this->Elastic.BoundaryAreas().sum();
   held.Tethers = ElasticTethers(mesh, this->Places, ends, pressure * area / this->Weights.sum() * this->Weights);
   MotionOptions creep = this->Options.Motion;

@@ -20,7 +20,7 @@ namespace surfsynth
 struct SettlingOptions
 {
   ElasticMaterial Material;         ///< of the whole body
-  ElasticSurroundings Surroundings; ///< without loads and tethers
+  ElasticSurroundings Surroundings; ///< without loads, tethers and damping
   MotionOptions Motion;             ///< without MaximumTime: the body creeps
   bool Align = true;                ///< see DropOptions; of the two turns the smaller one
 };
@@ -39,8 +39,9 @@ public:
   ElasticSettling(TetrahedralMesh mesh, std::vector<VolumePlace> places, PointMatrix offsets, Eigen::VectorXd weights,
     const SettlingOptions& options);
 
-  /// Rest state next to a shape, [K, 3] finite, meters, of any height above the floor. Uses one thread.
-  /// @throws SolverFailure, see ElasticMotion; Cancelled
+  /// Rest state next to a shape, [K, 3] meters, finite where points have a place and a weight, of any height above the floor.
+  /// Uses one thread.
+  /// @throws SolverFailure for shapes that are too far from those of the body, such as a thousand times its size; Cancelled
   ElasticEquilibrium Settle(const PointMatrix& shape, const Progress& progress = {}) const;
 
   /// Rest states next to shapes, in parallel.
@@ -50,6 +51,8 @@ public:
     const std::vector<PointMatrix>& shapes, int first, const Progress& progress = {}) const;
 
 private:
+  ElasticEquilibrium SettleBound(const PointMatrix& shape, const Progress& progress) const;
+
   SettlingOptions Options;
   ElasticBody Elastic;
   std::vector<VolumePlace> Places;

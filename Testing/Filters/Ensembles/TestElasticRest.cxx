@@ -27,6 +27,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <sstream>
 #include <string>
@@ -252,6 +253,24 @@ TEST(ElasticRest, ShapesComeToTheRestStatesNextToThem)
   }
 }
 
+TEST(ElasticRest, PointsThatNothingUsesDoNotMatterToShapes)
+{
+  const auto plank = Plank();
+  const vtkIdType lost = plank->GetPoints()->InsertNextPoint(0.0, std::numeric_limits<double>::quiet_NaN(), 0.0);
+  const auto filter = Quick(plank);
+  filter->SetShapesData(plank);
+  filter->SetDamping(1e4); // there is no momentum that it takes
+  ASSERT_TRUE(Update(filter));
+  EXPECT_TRUE(std::isnan(Sample(filter, 0)->GetPoint(lost)[1]));
+  const auto whole = Quick(Plank());
+  whole->SetShapesData(Plank());
+  ASSERT_TRUE(Update(whole));
+  for (vtkIdType p = 0; p < lost; ++p)
+  {
+    EXPECT_NEAR(Sample(filter, 0)->GetPoint(p)[2], Sample(whole, 0)->GetPoint(p)[2], 1e-9) << p;
+  }
+}
+
 TEST(ElasticRest, SaysWhichShapeIsWrong)
 {
   const auto plank = Plank();
@@ -263,12 +282,23 @@ TEST(ElasticRest, SaysWhichShapeIsWrong)
   EXPECT_THAT(errorWith(GridOf(BoxOfTetrahedra({ 1, 1, 1 }))), HasSubstr("8 points and the input has "));
   vtkNew<vtkMultiBlockDataSet> blocks;
   EXPECT_THAT(errorWith(blocks), HasSubstr("The shapes are empty"));
+  vtkNew<vtkUnstructuredGrid> nothing;
+  blocks->SetBlock(0, nothing);
+  EXPECT_THAT(errorWith(blocks), HasSubstr("Block 1 of the shapes has 0 points"));
   const auto lost = Plank();
   lost->GetPoints()->SetPoint(4, 0.0, std::numeric_limits<double>::quiet_NaN(), 0.0);
   blocks->SetBlock(0, plank);
   blocks->SetBlock(1, lost);
   EXPECT_THAT(
     errorWith(blocks), AllOf(HasSubstr("Block 2 of the shapes"), HasSubstr("not finite"), HasSubstr("point 4")));
+  const auto huge = Plank();
+  for (vtkIdType p = 0; p < huge->GetNumberOfPoints(); ++p)
+  {
+    const double* x = plank->GetPoint(p);
+    huge->GetPoints()->SetPoint(p, 1e30 * x[0], 1e30 * x[1], 1e30 * x[2]);
+  }
+  blocks->SetBlock(1, huge);
+  EXPECT_THAT(errorWith(blocks), AllOf(HasSubstr("Sample 1: "), HasSubstr("no rest state next to this shape")));
   vtkNew<vtkTable> table;
   blocks->SetBlock(1, table);
   EXPECT_THAT(errorWith(blocks), HasSubstr("Block 2 of the shapes is a vtkTable"));
@@ -280,6 +310,14 @@ TEST(ElasticRest, SaysWhichShapeIsWrong)
   Update(filter); // blocks that fail are left empty
   EXPECT_THAT(events.AllErrors(), HasSubstr("Shapes of a composite input are not supported"));
   filter->SetInputDataObject(plank);
+  filter->SetMemoryLimit(1);
+  vtkNew<vtkMultiBlockDataSet> many;
+  for (unsigned int k = 0; k < 1000; ++k)
+  {
+    many->SetBlock(k, plank);
+  }
+  EXPECT_THAT(errorWith(many), HasSubstr("A number of shapes of "));
+  filter->SetMemoryLimit(0);
   filter->RemoveShapes();
   EXPECT_TRUE(Update(filter));
 }
@@ -360,7 +398,7 @@ TEST(ElasticRest, SaysWhichSurfaceCannotBeFilled)
   const auto filter = Quick(shell.ToPolyData());
   filter->SetNumberOfSurfacePoints(40);
   EXPECT_THAT(ErrorOf(filter),
-    AllOf(HasSubstr("remeshed to "), HasSubstr(" points (NumberOfSurfacePoints), cannot be filled"),
+    AllOf(HasSubstr("remeshed to 40 points (NumberOfSurfacePoints) and"), HasSubstr("cannot be filled"),
       Not(HasSubstr("triangle")), Not(HasSubstr("TargetEdgeLength"))));
 }
 #endif

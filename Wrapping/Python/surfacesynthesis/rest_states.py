@@ -169,15 +169,16 @@ def settle(
     """Rest states of a soft body next to given shapes, such as samples of a model.
 
     The body is laid next to each shape, drawn into it by springs, which end where the floor or the body itself is in the
-    way, and let go: it creeps to the next equilibrium. What rest_states() promises holds, whatever the shapes are.
+    way, and let go: it creeps to the next equilibrium. What rest_states() promises holds. Unless ``align`` is False, the result
+    is turned about the vertical as the mesh lies, and centered on it.
 
     Parameters
     ----------
     mesh : vtkPolyData, vtkUnstructuredGrid or pair (points, triangles)
         A closed surface, manifold, with consistent winding and without self-intersections; or tetrahedra. Never modified.
-    shapes : array [N, V, 3], composite dataset, dataset, or list of datasets
-        Positions of the points of ``mesh``, or copies of it with moved points, as deform() makes them. Their height does
-        not matter.
+    shapes : array [N, V, 3] or [V, 3], composite dataset, dataset, or list of arrays [V, 3] or datasets
+        Positions of the points of ``mesh``, or copies of it with moved points, as deform() makes them, of about its size.
+        Their height does not matter.
     tetrahedra : vtkUnstructuredGrid, optional
         Tetrahedra around the surface, which are simulated in place of those made here.
     surface_points : int
@@ -245,33 +246,40 @@ def settle(
 
 def shapes_of(shapes, mesh):
     """The dataset of the argument ``shapes`` of settle(); raises TypeError and ValueError."""
-    if isinstance(shapes, (tuple, list)):
-        blocks = vtkMultiBlockDataSet()
-        for number, shape in enumerate(shapes):
-            blocks.SetBlock(number, _copy_of(shape, (vtkPointSet,)))
-        return blocks
-    if not isinstance(shapes, np.ndarray):
-        return _copy_of(shapes, (vtkPointSet, vtkDataObjectTree))
-    expected = (mesh.GetNumberOfPoints(), 3)
-    if shapes.dtype.kind not in "fiu" or shapes.ndim != 3 or shapes.shape[1:] != expected or len(shapes) == 0:
-        raise ValueError(
-            f"shapes must be positions of the shape [N, {expected[0]}, 3], with one at least, "
-            f"not {list(shapes.shape)} of {shapes.dtype}"
-        )
+    if isinstance(shapes, (vtkPointSet, vtkDataObjectTree)):
+        return _copy_of(shapes)
+    if isinstance(shapes, np.ndarray) and shapes.ndim == 2:
+        shapes = shapes[None]
+    if not isinstance(shapes, (np.ndarray, tuple, list)):
+        raise TypeError(f"shapes must be {_SHAPES}, not {type(shapes).__name__}")
+    if len(shapes) == 0:
+        raise ValueError(f"shapes must be {_SHAPES}, with one shape at least")
     blocks = vtkMultiBlockDataSet()
-    for number, positions in enumerate(shapes):
-        points = vtkPoints()
-        points.SetData(numpy_to_vtk(np.ascontiguousarray(positions, dtype=np.float64), deep=True))
-        block = mesh.NewInstance()
-        block.SetPoints(points)
-        blocks.SetBlock(number, block)
+    for number, shape in enumerate(shapes):
+        blocks.SetBlock(number, _copy_of(shape) if isinstance(shape, vtkPointSet) else _moved(mesh, shape))
     return blocks
 
 
-def _copy_of(shape, accepted):
+_SHAPES = "positions [N, V, 3] of the points of mesh, copies of mesh with moved points, or a list of them"
+
+
+def _moved(mesh, positions):
+    """A dataset with these points."""
+    expected = [mesh.GetNumberOfPoints(), 3]
+    if not isinstance(positions, np.ndarray) or positions.dtype.kind not in "fiu":
+        raise TypeError(f"shapes must be {_SHAPES}, not a list of {type(positions).__name__}")
+    if list(positions.shape) != expected:
+        raise ValueError(f"shapes must be positions of {expected[0]} points, {expected}, not {list(positions.shape)}")
+    points = vtkPoints()
+    points.SetData(numpy_to_vtk(np.ascontiguousarray(positions, dtype=np.float64), deep=True))
+    moved = mesh.NewInstance()
+    moved.SetPoints(points)
+    return moved
+
+
+def _copy_of(shape):
     """Copy to which pipelines may attach what they leave on their inputs."""
-    text = "copies of the mesh with moved points as shapes, or positions [N, V, 3]"
-    copy = given_dataset(shape, accepted, text).NewInstance()
+    copy = shape.NewInstance()
     copy.ShallowCopy(shape)
     return copy
 

@@ -1,22 +1,32 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The command ``settle``."""
 
-from .common import Outcome, add_command, add_running_options, as_usage, is_volume, run_filter, size_of
+from .common import (
+    Outcome,
+    UsageError,
+    add_command,
+    add_running_options,
+    as_usage,
+    is_volume,
+    run_filter,
+    size_of,
+)
 from .elastic_options import add_body_options, body_of, tetrahedra_of
-from .metrics import check_ensemble_names, read_ensemble
+from .metrics import check_ensemble_names, is_dataset_file, read_ensemble
 
 _DESCRIPTION = """\
 Lays a soft body down in given shapes, such as samples of a model, and lets it go: finds the rest state next to each, in which
-it lies on the floor under its weight. Quantities are in SI units."""
+it lies on the floor under its weight, turned as INPUT lies (--no-align: as the shape does). Quantities are in SI units."""
 _EXAMPLES = """\
 files: the format follows from the extension.
   INPUT                   closed surfaces: .stl .ply .obj .off .gii .glb .vtp .vtk; tetrahedra: .vtu .vtk
-  --shapes                files of copies of INPUT with moved points, .vtm for several, or a dataset file (.safetensors)
-  OUTPUT                  .vtm, and for one shape what INPUT may be
+  --shapes                files of copies of INPUT with moved points, .vtm for several; of a surface also a dataset file of
+                          positions (.safetensors)
+  OUTPUT                  .vtm; for one shape also .vtp .vtk .ply .stl .obj .off, of tetrahedra .vtu .vtk
 
 examples:
-  %(prog)s bunny.ply resting.vtm --shapes samples.vtm
-  %(prog)s femur.vtu bent.vtu --shapes guess.vtu --youngs-modulus 1e6 --length-unit 0.001
+  %(prog)s bunny.ply resting.vtm --shapes samples.vtm --up-direction 0 1 0
+  %(prog)s femur.vtu bent.vtu --shapes guess.vtu --no-align --youngs-modulus 1e6 --length-unit 0.001
 """
 
 
@@ -52,14 +62,16 @@ def run(arguments):
     kind = as_usage(files.extension, arguments.output)
     check_ensemble_names(arguments.shapes)
     body = _body(arguments.input)
+    shapes = _shapes(arguments.shapes, body)
+    leaves = _leaves(shapes)
+    is_single = len(leaves) == 1 and kind != ".vtm"
+    as_usage(files.check_writable, leaves[0] if is_single else _as_blocks(leaves), arguments.output)
     algorithm = as_usage(configured_rest_states, tetrahedra=tetrahedra_of(arguments), **options)
     algorithm.SetMemoryLimit(arguments.memory_limit or 0)
-    algorithm.SetShapesData(_shapes(arguments.shapes, body))
+    algorithm.SetShapesData(shapes)
     output = run_filter(algorithm, body, arguments)
     states = output.GetNumberOfBlocks()
-    if states == 1 and kind != ".vtm":
-        output = output.GetBlock(0)
-    as_usage(files.check_writable, output, arguments.output)
+    output = output.GetBlock(0) if is_single else output
     files.write_mesh(output, arguments.output)
     return Outcome(f"{states:,} rest states", {"samples": states, **size_of(output)}, [arguments.output])
 
@@ -80,14 +92,37 @@ def _body(path):
 
 
 def _shapes(paths, body):
-    """The shapes in files, of a surface or of tetrahedra."""
-    from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet
-
+    """The shapes in files, of a surface or of tetrahedra: a dataset, or a composite one."""
+    from ..errors import FormatError
     from ..files import read_mesh
 
     if not is_volume(body):
-        return read_ensemble(paths).dataset
+        shapes, signal, _ = read_ensemble(paths)
+        if signal is not None:
+            raise FormatError(f"{paths[0]}: the file holds the signal {signal!r} where positions are needed")
+        return shapes
+    if any(is_dataset_file(path) for path in paths):
+        raise UsageError("shapes of tetrahedra are not read from dataset files, but from .vtu, .vtk and .vtm")
+    return read_mesh(paths[0]) if len(paths) == 1 else _as_blocks([read_mesh(path) for path in paths])
+
+
+def _leaves(shapes):
+    """The datasets of the shapes, in order."""
+    if not hasattr(shapes, "NewTreeIterator"):
+        return [shapes]
+    leaves, iterator = [], shapes.NewTreeIterator()
+    iterator.InitTraversal()
+    while not iterator.IsDoneWithTraversal():
+        leaves.append(iterator.GetCurrentDataObject())
+        iterator.GoToNextItem()
+    return leaves
+
+
+def _as_blocks(leaves):
+    """A composite dataset of datasets."""
+    from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet
+
     blocks = vtkMultiBlockDataSet()
-    for number, path in enumerate(paths):
-        blocks.SetBlock(number, read_mesh(path))
+    for number, leaf in enumerate(leaves):
+        blocks.SetBlock(number, leaf)
     return blocks
