@@ -61,6 +61,8 @@ REDUCED = {
         "--samples 1 --first-sample 100000 --points 300 --surface-points 80 --maximum-time 0",
     "rest.safetensors resting.safetensors":
         "rest.safetensors resting.safetensors --width 16 --blocks 2 --iterations 1",
+    "--model bunny_rest --samples 8": "--model bunny_rest --samples 2 --steps 2",
+    "--shapes samples.vtm": "--shapes samples.vtm --surface-points 80",
     "rest.safetensors --samples 100": "rest.safetensors --samples 1 --surface-points 80 --maximum-time 0",
     "--samples 3000 --points 1500": "--samples 2 --points 300",
     "--samples 3000 --points 2000": "--samples 2 --points 300",
