@@ -32,15 +32,33 @@ void Assembly(benchmark::State& state, const TriangleMesh& mesh)
   }
 }
 
-void Factorization(benchmark::State& state, const TriangleMesh& mesh)
+void FactorizationOf(benchmark::State& state, const SparseMatrix& matrix)
 {
-  const SparseMatrix matrix = ScreenedLaplacian(mesh);
   std::int64_t entries = 0;
   for ([[maybe_unused]] auto step : state)
   {
     entries = CholeskySolver(matrix).FactorEntries();
   }
   state.counters["FactorEntries"] = static_cast<double>(entries);
+}
+
+void Factorization(benchmark::State& state, const TriangleMesh& mesh)
+{
+  FactorizationOf(state, ScreenedLaplacian(mesh));
+}
+
+/// Solves for Columns right-hand sides of a volume, in the order of rows.
+template <int Columns>
+void VolumeSolve(benchmark::State& state, const SparseMatrix& matrix)
+{
+  const CholeskySolver solver(matrix);
+  const RowMatrix sides = RowMatrix::Ones(matrix.rows(), Columns);
+  for ([[maybe_unused]] auto step : state)
+  {
+    RowMatrix solutions = sides;
+    solver.SolveInPlace(solutions);
+    benchmark::DoNotOptimize(solutions.data());
+  }
 }
 
 /// Set-up of what stands in for the factor where that is too large.
@@ -138,6 +156,8 @@ void RegisterCore()
   Register("MeshCheck", MeshCheck);
   Register("Assembly", Assembly);
   Register("Factorization", Factorization);
+  RegisterVolume("VolumeFactorization", FactorizationOf);
+  RegisterVolume("VolumeSolve100", VolumeSolve<100>);
   Register("MultigridSetUp", MultigridSetUp);
   Register("MultigridSolve1", MultigridSolve<1>);
   Register("MultigridSolve8", MultigridSolve<8>);

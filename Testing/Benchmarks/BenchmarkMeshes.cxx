@@ -2,9 +2,11 @@
 #include "BenchmarkMeshes.h"
 
 #include "ExampleMeshes.h"
+#include "ScreenedMatrices.h"
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <map>
@@ -117,7 +119,17 @@ double PeakMemory::PeakMiB() const { return StatusMiB("VmHWM"); }
 
 double PeakMemory::AboveStartMiB() const { return this->PeakMiB() - this->Start; }
 
-void Register(const std::string& name, const Body& body, const std::vector<Index>& sizes)
+SparseMatrix ScreenedVolume(Index points)
+{
+  const int cells = static_cast<int>(std::cbrt(static_cast<double>(points) + 0.5)) - 1;
+  return test::ScreenedCube(std::max(cells, 1)).Matrix;
+}
+
+namespace
+{
+/// Registers @p run for every size, and for one thread and two.
+void RegisterSizes(
+  const std::string& name, const std::vector<Index>& sizes, const std::function<void(benchmark::State&, Index)>& run)
 {
   for (const int threads : { 1, 2 })
   {
@@ -125,15 +137,25 @@ void Register(const std::string& name, const Body& body, const std::vector<Index
     {
       const std::string full = name + "/vertices:" + std::to_string(points) + "/threads:" + std::to_string(threads);
       benchmark::RegisterBenchmark(full.c_str(),
-        [body, points, threads](benchmark::State& state) {
-          const TriangleMesh& mesh = MeshOfSize(points);
+        [run, points, threads](benchmark::State& state) {
           const Threads limit(threads);
-          body(state, mesh);
+          run(state, points);
         })
         ->Unit(benchmark::kMillisecond)
         ->UseRealTime();
     }
   }
+}
+} // namespace
+
+void Register(const std::string& name, const Body& body, const std::vector<Index>& sizes)
+{
+  RegisterSizes(name, sizes, [body](benchmark::State& state, Index points) { body(state, MeshOfSize(points)); });
+}
+
+void RegisterVolume(const std::string& name, const MatrixBody& body, const std::vector<Index>& sizes)
+{
+  RegisterSizes(name, sizes, [body](benchmark::State& state, Index points) { body(state, ScreenedVolume(points)); });
 }
 
 #ifdef SURFACE_SYNTHESIS_CHOLMOD

@@ -26,6 +26,9 @@ const TriangleMesh& MeshOfSize(Index points);
 /// L + tau M of MeshOfSize() for the default correlation range, 0.2 times the longest side.
 SparseMatrix ScreenedLaplacian(const TriangleMesh& mesh);
 
+/// L + tau M of a cube of tetrahedra with at most @p points points, inner ones moved at random, for a range of a tenth of the volume.
+SparseMatrix ScreenedVolume(Index points);
+
 /// Limits the library and OpenBLAS to @p threads threads while the object lives.
 class Threads
 {
@@ -55,6 +58,10 @@ private:
 using Body = std::function<void(benchmark::State&, const TriangleMesh&)>;
 /// Registers @p body for every size, and for one thread and two.
 void Register(const std::string& name, const Body& body, const std::vector<Index>& sizes = Sizes());
+using MatrixBody = std::function<void(benchmark::State&, const SparseMatrix&)>;
+/// Registers @p body for ScreenedVolume() of every size, for one thread and two.
+void RegisterVolume(
+  const std::string& name, const MatrixBody& body, const std::vector<Index>& sizes = Sizes("33000,125000"));
 
 #ifdef SURFACE_SYNTHESIS_CHOLMOD
 /// Speed of sgemm on tiles of 512 x 128 by 128 x 128, operations per second.

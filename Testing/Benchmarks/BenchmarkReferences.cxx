@@ -100,9 +100,9 @@ private:
   cholmod_factor* Factor = nullptr;
 };
 
-void ReferenceCholmodFactorization(benchmark::State& state, const TriangleMesh& mesh)
+void CholmodFactorization(benchmark::State& state, const SparseMatrix& matrix)
 {
-  Cholmod solver(ScreenedLaplacian(mesh));
+  Cholmod solver(matrix);
   for ([[maybe_unused]] auto step : state)
   {
     if (!solver.Factorize())
@@ -113,9 +113,9 @@ void ReferenceCholmodFactorization(benchmark::State& state, const TriangleMesh& 
 }
 
 template <std::size_t Columns>
-void ReferenceCholmodSolve(benchmark::State& state, const TriangleMesh& mesh)
+void CholmodSolve(benchmark::State& state, const SparseMatrix& matrix)
 {
-  Cholmod solver(ScreenedLaplacian(mesh));
+  Cholmod solver(matrix);
   if (!solver.Factorize())
   {
     state.SkipWithError("CHOLMOD failed");
@@ -124,6 +124,12 @@ void ReferenceCholmodSolve(benchmark::State& state, const TriangleMesh& mesh)
   {
     solver.Solve(Columns);
   }
+}
+
+/// The benchmark of a matrix for that of a surface.
+Body OnSurface(const MatrixBody& body)
+{
+  return [body](benchmark::State& state, const TriangleMesh& mesh) { body(state, ScreenedLaplacian(mesh)); };
 }
 #endif
 
@@ -179,10 +185,12 @@ void RegisterReferences()
 {
   Register("ReferenceEigenTriplets", ReferenceEigenTriplets);
 #ifdef SURFACE_SYNTHESIS_CHOLMOD
-  Register("ReferenceCholmodFactorization", ReferenceCholmodFactorization);
-  Register("ReferenceCholmodSolve1", ReferenceCholmodSolve<1>);
-  Register("ReferenceCholmodSolve100", ReferenceCholmodSolve<100>);
-  Register("ReferenceCholmodSolve128", ReferenceCholmodSolve<128>);
+  Register("ReferenceCholmodFactorization", OnSurface(CholmodFactorization));
+  Register("ReferenceCholmodSolve1", OnSurface(CholmodSolve<1>));
+  Register("ReferenceCholmodSolve100", OnSurface(CholmodSolve<100>));
+  Register("ReferenceCholmodSolve128", OnSurface(CholmodSolve<128>));
+  RegisterVolume("ReferenceCholmodVolumeFactorization", CholmodFactorization);
+  RegisterVolume("ReferenceCholmodVolumeSolve100", CholmodSolve<100>);
 #endif
   for (const int threads : { 1, 2 })
   {

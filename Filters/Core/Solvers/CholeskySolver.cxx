@@ -152,10 +152,14 @@ std::int64_t CholeskySolver::FactorEntries() const { return this->Impl->Factor->
 
 std::uint64_t CholeskySolver::EstimateMemory(std::int64_t rows, std::int64_t entries)
 {
-  constexpr std::int64_t MostEntriesOfSurfaces = 9; // in a row; six neighbors and itself on average
+#ifdef SURFACE_SYNTHESIS_CHOLMOD
+  const double ofVolumes = rows < SmallestDissection ? 3.4 : 2.7;
+#else
+  const double ofVolumes = 3.4;
+#endif
   const auto size = static_cast<double>(std::max<std::int64_t>(rows, 1));
   const double perRow = entries <= MostEntriesOfSurfaces * rows ? std::max(12.0 * std::log2(size) - 80.0, 10.0)
-                                                                : std::max(3.4 * std::sqrt(size), 10.0);
+                                                                : std::max(ofVolumes * std::sqrt(size), 10.0);
   return static_cast<std::uint64_t>(size * std::min(perRow, 0.5 * (size + 1.0)) * sizeof(double));
 }
 

@@ -18,8 +18,8 @@ namespace surfsynth
 /// Solves A x = b for a symmetric positive definite sparse A.
 ///
 /// Factors once in the constructor; Solve() may then be called from several threads. With SURFACE_SYNTHESIS_CHOLMOD the
-/// ordering and the supernodal analysis are CHOLMOD's [Chen2008], the numeric factorisation is multifrontal on BLAS
-/// (see SupernodalFactor), and the triangular solves are register-blocked over row-major right-hand sides; without it
+/// supernodal analysis is CHOLMOD's [Chen2008] and so is the ordering, but for volumes from 10,000 rows on (see
+/// NestedDissectionOrder()), the numeric factorisation is multifrontal on BLAS (see SupernodalFactor), and the triangular solves are register-blocked over row-major right-hand sides; without it
 /// everything is Eigen's SimplicialLLT. Both give the same answers to 1e-10.
 ///
 /// A column of the solution has the same bits whether it is solved alone or with others, and for every number of
@@ -86,7 +86,8 @@ public:
   std::int64_t FactorEntries() const;
 
   /// Estimated bytes of the factor, from sizes alone: 12 log2 V - 80 entries in a row for the matrices of surfaces (up to
-  /// 9 entries in a row on average), 3.4 V^(1/2) for those of volumes. Between the factor's and about three times that.
+  /// 9 entries in a row on average), 3.4 V^(1/2) for those of volumes, 2.7 V^(1/2) from 10,000 rows on with
+  /// SURFACE_SYNTHESIS_CHOLMOD. Between the factor's and about three times that.
   /// @param rows V
   /// @param entries entries of the matrix, both triangles
   static std::uint64_t EstimateMemory(std::int64_t rows, std::int64_t entries);

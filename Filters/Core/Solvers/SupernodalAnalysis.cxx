@@ -2,6 +2,8 @@
 #include "Core/Solvers/SupernodalAnalysis.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Solvers/NestedDissection.h"
+#include "Core/Solvers/SymmetricMatrix.h"
 
 #include <cholmod.h>
 
@@ -13,15 +15,15 @@ namespace surfsynth
 
 namespace
 {
-/// CHOLMOD's workspace and settings: AMD, postordered, supernodal, silent.
+/// CHOLMOD's workspace and settings: an ordering, postordered, supernodal, silent.
 class CholmodSession
 {
 public:
-  CholmodSession()
+  explicit CholmodSession(int ordering)
   {
     cholmod_start(&this->Common);
     this->Common.nmethods = 1;
-    this->Common.method[0].ordering = CHOLMOD_AMD;
+    this->Common.method[0].ordering = ordering;
     this->Common.postorder = 1;
     this->Common.supernodal = CHOLMOD_SUPERNODAL;
     this->Common.print = 0;
@@ -51,6 +53,12 @@ cholmod_sparse LowerView(const SparseMatrix& matrix)
   return view;
 }
 
+/// Whether nested dissection pays: volumes, from the size on where the factorization saves what the ordering costs.
+bool NeedsDissection(const SparseMatrix& matrix)
+{
+  return matrix.rows() >= SmallestDissection && matrix.nonZeros() > MostEntriesOfSurfaces * matrix.rows();
+}
+
 /// The row after a panel's own columns belongs to the supernode that receives its update.
 std::vector<Index> Parents(const SupernodalAnalysis& analysis)
 {
@@ -77,10 +85,13 @@ std::vector<Index> Parents(const SupernodalAnalysis& analysis)
 
 SupernodalAnalysis AnalyzeSupernodes(const SparseMatrix& matrix)
 {
-  CholmodSession session;
+  std::vector<Index> dissection = NeedsDissection(matrix) ? NestedDissectionOrder(matrix) : std::vector<Index>();
+  CholmodSession session(dissection.empty() ? CHOLMOD_AMD : CHOLMOD_GIVEN);
   cholmod_sparse lower = LowerView(matrix);
   const auto release = [&session](cholmod_factor* factor) { cholmod_free_factor(&factor, &session.Common); };
-  const std::unique_ptr<cholmod_factor, decltype(release)> factor(cholmod_analyze(&lower, &session.Common), release);
+  Index* given = dissection.empty() ? nullptr : dissection.data();
+  const std::unique_ptr<cholmod_factor, decltype(release)> factor(
+    cholmod_analyze_p(&lower, given, nullptr, 0, &session.Common), release);
   if (session.Common.status == CHOLMOD_OUT_OF_MEMORY)
   {
     throw std::bad_alloc();

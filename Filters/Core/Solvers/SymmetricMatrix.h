@@ -1,12 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Checks of a matrix before it is solved. Private to the solvers.
+/// Kinds of matrices, and checks of a matrix before it is solved. Private to the solvers.
 #pragma once
 
 #include "Core/Operators/SurfaceOperators.h"
 
 namespace surfsynth
 {
+
+/// Largest mean number of entries in a row of a matrix that is taken for that of a surface: six neighbors and the row itself on
+/// average, where volumes have fourteen.
+constexpr std::int64_t MostEntriesOfSurfaces = 9;
+/// Fewest rows of a volume's matrix that is ordered by nested dissection, where CHOLMOD factors it.
+constexpr std::int64_t SmallestDissection = 10000;
 
 /// Returns the matrix compressed, with rows ascending in each column.
 SparseMatrix Sorted(SparseMatrix matrix);

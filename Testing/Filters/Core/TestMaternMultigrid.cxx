@@ -143,7 +143,7 @@ TEST(MaternMultigrid, EstimatedFactorsAreAtMostThreeTimesTheFactorsAndNotBelowTh
     EXPECT_GE(estimate, 0.95 * factor) << level;
     EXPECT_LE(estimate, 3.0 * factor) << level;
   }
-  for (const int cells : { 12, 20 })
+  for (const int cells : { 12, 20, 24 })
   {
     const SparseMatrix matrix = test::ScreenedCube(cells).Matrix;
     const double factor = 8.0 * static_cast<double>(CholeskySolver(matrix).FactorEntries());
