@@ -26,7 +26,7 @@ const TriangleMesh& MeshOfSize(Index points);
 /// L + tau M of MeshOfSize() for the default correlation range, 0.2 times the longest side.
 SparseMatrix ScreenedLaplacian(const TriangleMesh& mesh);
 
-/// L + tau M of a cube of tetrahedra with at most @p points points, inner ones moved at random, for a range of a tenth of the volume.
+/// L + tau M of a cube of tetrahedra with at most @p points points, inner ones moved at random; tau is 100 over the volume.
 SparseMatrix ScreenedVolume(Index points);
 
 /// Limits the library and OpenBLAS to @p threads threads while the object lives.

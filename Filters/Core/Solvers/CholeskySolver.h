@@ -18,9 +18,10 @@ namespace surfsynth
 /// Solves A x = b for a symmetric positive definite sparse A.
 ///
 /// Factors once in the constructor; Solve() may then be called from several threads. With SURFACE_SYNTHESIS_CHOLMOD the
-/// supernodal analysis is CHOLMOD's [Chen2008] and so is the ordering, but for volumes from 10,000 rows on (see
-/// NestedDissectionOrder()), the numeric factorisation is multifrontal on BLAS (see SupernodalFactor), and the triangular solves are register-blocked over row-major right-hand sides; without it
-/// everything is Eigen's SimplicialLLT. Both give the same answers to 1e-10.
+/// supernodal analysis is CHOLMOD's [Chen2008], and so is the ordering but for volumes from 10,000 rows on (see
+/// NestedDissectionOrder()). The numeric factorisation is multifrontal on BLAS (see SupernodalFactor), and the triangular
+/// solves are register-blocked over row-major right-hand sides. Without it everything is Eigen's SimplicialLLT. Both give
+/// the same answers to 1e-10.
 ///
 /// A column of the solution has the same bits whether it is solved alone or with others, and for every number of
 /// threads.
