@@ -152,7 +152,10 @@ int BlockEnd(const SupernodalPanel& panel, int first)
   return first + BlockColumns < panel.Columns ? first + BlockColumns : panel.Columns;
 }
 
-/// SubtractFromRows for all rows from @p row on, R at a time and then in halves.
+/// Rows or columns at a time after R of them: 4, then halves.
+constexpr int Fewer(int count) { return count > 4 ? 4 : count / 2; }
+
+/// SubtractFromRows for all rows from @p row on, R at a time and then fewer.
 template <int R, int W>
 void SubtractFromAllRows(const SupernodalPanel& panel, int first, int last, int row, double* x, std::int64_t count)
 {
@@ -162,11 +165,11 @@ void SubtractFromAllRows(const SupernodalPanel& panel, int first, int last, int 
   }
   if constexpr (R > 1)
   {
-    SubtractFromAllRows<R / 2, W>(panel, first, last, row, x, count);
+    SubtractFromAllRows<Fewer(R), W>(panel, first, last, row, x, count);
   }
 }
 
-/// SubtractFromColumns for the columns [j, last), R at a time and then in halves.
+/// SubtractFromColumns for the columns [j, last), R at a time and then fewer.
 template <int R, int W>
 void SubtractFromAllColumns(const SupernodalPanel& panel, int j, int last, double* x, std::int64_t count)
 {
@@ -177,31 +180,24 @@ void SubtractFromAllColumns(const SupernodalPanel& panel, int j, int last, doubl
   }
   if constexpr (R > 1)
   {
-    SubtractFromAllColumns<R / 2, W>(panel, j, last, x, count);
+    SubtractFromAllColumns<Fewer(R), W>(panel, j, last, x, count);
   }
 }
 
-/// R rows or columns at a time, so that R x W sums and W values fit the registers.
+/// Solves with the columns [first, last) for W vectors of right-hand sides and subtracts their effect below, R rows at a
+/// time, so that R x W sums and W values fit the registers.
 template <int R, int W>
-void ForwardTile(const SupernodalPanel& panel, double* x, std::int64_t count)
+void ForwardTile(const SupernodalPanel& panel, int first, int last, double* x, std::int64_t count)
 {
-  for (int first = 0; first < panel.Columns; first = BlockEnd(panel, first))
-  {
-    const int last = BlockEnd(panel, first);
-    ForwardTriangle<W>(panel, first, last, x, count);
-    SubtractFromAllRows<R, W>(panel, first, last, last, x, count);
-  }
+  ForwardTriangle<W>(panel, first, last, x, count);
+  SubtractFromAllRows<R, W>(panel, first, last, last, x, count);
 }
 
 template <int R, int W>
-void BackwardTile(const SupernodalPanel& panel, double* x, std::int64_t count)
+void BackwardTile(const SupernodalPanel& panel, int first, int last, double* x, std::int64_t count)
 {
-  for (int first = (panel.Columns - 1) / BlockColumns * BlockColumns; first >= 0; first -= BlockColumns)
-  {
-    const int last = BlockEnd(panel, first);
-    SubtractFromAllColumns<R, W>(panel, first, last, x, count);
-    BackwardTriangle<W>(panel, first, last, x, count);
-  }
+  SubtractFromAllColumns<R, W>(panel, first, last, x, count);
+  BackwardTriangle<W>(panel, first, last, x, count);
 }
 
 /// ForwardTriangle for one right-hand side: the same operations on each number.
@@ -344,8 +340,9 @@ void BackwardOne(const SupernodalPanel& panel, double* x)
   }
 }
 
-/// Vectors in a tile of 8 right-hand sides.
+/// Vectors in a tile of 8 right-hand sides, and rows in it: with 16 registers of 4 doubles 6 rows leave no one idle.
 constexpr int Narrow = 8 / VectorDoubles;
+constexpr int NarrowRows = VectorDoubles == 4 ? 6 : VectorDoubles;
 
 void Forward(const SupernodalPanel& panel, double* x, std::int64_t count)
 {
@@ -354,20 +351,24 @@ void Forward(const SupernodalPanel& panel, double* x, std::int64_t count)
     ForwardOne(panel, x);
     return;
   }
-  std::int64_t done = 0;
+  for (int first = 0; first < panel.Columns; first = BlockEnd(panel, first)) // a block stays in cache for all tiles
+  {
+    const int last = BlockEnd(panel, first);
+    std::int64_t done = 0;
 #if SURFSYNTH_VECTOR_DOUBLES == 8
-  for (; done + 32 <= count; done += 32)
-  {
-    ForwardTile<6, 4>(panel, x + done, count);
-  }
-  for (; done + 16 <= count; done += 16)
-  {
-    ForwardTile<8, 2>(panel, x + done, count);
-  }
+    for (; done + 32 <= count; done += 32)
+    {
+      ForwardTile<6, 4>(panel, first, last, x + done, count);
+    }
+    for (; done + 16 <= count; done += 16)
+    {
+      ForwardTile<8, 2>(panel, first, last, x + done, count);
+    }
 #endif
-  for (; done < count; done += 8)
-  {
-    ForwardTile<VectorDoubles, Narrow>(panel, x + done, count);
+    for (; done < count; done += 8)
+    {
+      ForwardTile<NarrowRows, Narrow>(panel, first, last, x + done, count);
+    }
   }
 }
 
@@ -378,20 +379,24 @@ void Backward(const SupernodalPanel& panel, double* x, std::int64_t count)
     BackwardOne(panel, x);
     return;
   }
-  std::int64_t done = 0;
+  for (int first = (panel.Columns - 1) / BlockColumns * BlockColumns; first >= 0; first -= BlockColumns)
+  {
+    const int last = BlockEnd(panel, first);
+    std::int64_t done = 0;
 #if SURFSYNTH_VECTOR_DOUBLES == 8
-  for (; done + 32 <= count; done += 32)
-  {
-    BackwardTile<6, 4>(panel, x + done, count);
-  }
-  for (; done + 16 <= count; done += 16)
-  {
-    BackwardTile<8, 2>(panel, x + done, count);
-  }
+    for (; done + 32 <= count; done += 32)
+    {
+      BackwardTile<6, 4>(panel, first, last, x + done, count);
+    }
+    for (; done + 16 <= count; done += 16)
+    {
+      BackwardTile<8, 2>(panel, first, last, x + done, count);
+    }
 #endif
-  for (; done < count; done += 8)
-  {
-    BackwardTile<VectorDoubles, Narrow>(panel, x + done, count);
+    for (; done < count; done += 8)
+    {
+      BackwardTile<NarrowRows, Narrow>(panel, first, last, x + done, count);
+    }
   }
 }
 } // namespace
