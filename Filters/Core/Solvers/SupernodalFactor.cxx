@@ -18,6 +18,8 @@ void dtrsm_(const char* side, const char* uplo, const char* trans, const char* d
   const double* alpha, const double* a, const int* lda, double* b, const int* ldb);
 void dsyrk_(const char* uplo, const char* trans, const int* n, const int* k, const double* alpha, const double* a,
   const int* lda, const double* beta, double* c, const int* ldc);
+void dgemm_(const char* transa, const char* transb, const int* m, const int* n, const int* k, const double* alpha,
+  const double* a, const int* lda, const double* b, const int* ldb, const double* beta, double* c, const int* ldc);
 }
 
 namespace surfsynth
@@ -30,17 +32,8 @@ namespace
 class UpdatePool
 {
 public:
-  /// Memory for @p rows x @p rows numbers, the lower triangle zero.
-  LargeArray<double> Borrow(std::int64_t rows)
-  {
-    const auto size = static_cast<std::size_t>(rows * rows);
-    LargeArray<double> memory = this->Take(SizeClass(size));
-    for (std::int64_t column = 0; column < rows; ++column)
-    {
-      std::fill_n(memory.data() + column * (rows + 1), rows - column, 0.0);
-    }
-    return memory;
-  }
+  /// Memory for @p rows x @p rows numbers, with any values.
+  LargeArray<double> Borrow(std::int64_t rows) { return this->Take(SizeClass(static_cast<std::size_t>(rows * rows))); }
   void Return(LargeArray<double> memory) { this->Idle[SizeClass(memory.size())].Return(std::move(memory)); }
 
 private:
@@ -84,20 +77,18 @@ public:
     }
   }
 
-  /// Assembles and factors front @p s, whose children are done. @p place is scratch of length n.
-  void Factor(Index s, std::vector<Index>& place)
+  /// Assembles and factors front @p s, whose children are done. @p place is scratch of length n. The blocks of a large front
+  /// go to several threads where @p isAlone says that no other front is factored at the same time.
+  void Factor(Index s, std::vector<Index>& place, bool isAlone)
   {
-    const int rows = this->Symbolic.PanelRows(s);
-    const int columns = this->Symbolic.Columns(s);
-    const int below = rows - columns;
-    double* panel = this->Values + this->Symbolic.ValueStart[s];
-    LargeArray<double> update = below > 0 ? this->Pool.Borrow(below) : LargeArray<double>();
-    this->Assemble(s, panel, update.data(), place);
+    Front front{ this->Symbolic.PanelRows(s), this->Symbolic.Columns(s), this->Values + this->Symbolic.ValueStart[s],
+      nullptr, isAlone };
+    LargeArray<double> update = front.Below() > 0 ? this->Pool.Borrow(front.Below()) : LargeArray<double>();
+    front.Update = update.data();
+    this->Assemble(s, front, place);
 
-    const double one = 1.0;
-    const double minusOne = -1.0;
     int info = 0;
-    dpotrf_("L", &columns, panel, &rows, &info);
+    dpotrf_("L", &front.Columns, front.Panel, &front.Rows, &info);
     if (info != 0)
     {
       throw SolverFailure("CholeskySolver: the matrix is not positive definite (pivot " +
@@ -105,64 +96,122 @@ public:
         " is not positive); expected a symmetric positive definite matrix. Needle triangles or a screening term that "
         "is tiny for the size of the mesh cause this.");
     }
-    if (below > 0)
-    {
-      dtrsm_("R", "L", "T", "N", &below, &columns, &one, panel, &rows, panel + columns, &rows);
-      dsyrk_("L", "N", &below, &columns, &minusOne, panel + columns, &rows, &one, update.data(), &below);
-    }
+    Eliminate(front);
     this->Updates[s] = std::move(update);
   }
 
 private:
-  /// Scatters the entries of A and the children's updates into the panel and the update matrix.
-  void Assemble(Index s, double* panel, double* update, std::vector<Index>& place)
+  struct Front
   {
-    const Index rows = this->Symbolic.PanelRows(s);
-    const Index columns = this->Symbolic.Columns(s);
-    const Index first = this->Symbolic.FirstColumn[s];
-    const Index* ids = this->Symbolic.PanelRowIds(s);
-    std::fill_n(panel, std::int64_t(rows) * columns, 0.0);
-    for (Index k = 0; k < rows; ++k)
+    int Rows;
+    int Columns;
+    double* Panel;  ///< [Rows, Columns]
+    double* Update; ///< [Below(), Below()], lower triangle
+    bool IsAlone;
+
+    int Below() const { return this->Rows - this->Columns; }
+  };
+
+  /// Calls task(first, count) for blocks that cover @p size rows or columns, the same ones for every number of threads.
+  template <typename Task>
+  static void ForBlocks(const Front& front, int size, const Task& task)
+  {
+    constexpr int BlockSize = 384;
+    const int blocks = (size + BlockSize - 1) / BlockSize;
+    const auto run = [&](std::int64_t k) {
+      const int first = static_cast<int>(k) * BlockSize;
+      task(first, std::min(BlockSize, size - first));
+    };
+    if (front.IsAlone && blocks > 1)
     {
-      place[ids[k]] = k;
+      ParallelTasks(blocks, run);
+      return;
     }
-    for (Index column = 0; column < columns; ++column)
+    for (int k = 0; k < blocks; ++k)
     {
-      for (SparseMatrix::InnerIterator entry(this->Matrix, this->Symbolic.OldOfNew[first + column]); entry; ++entry)
-      {
-        const Index row = this->Symbolic.NewOfOld[entry.row()];
-        if (row >= first + column)
-        {
-          panel[std::int64_t(column) * rows + place[row]] = entry.value();
-        }
-      }
-    }
-    for (Index child = this->FirstChild[s]; child >= 0; child = this->NextSibling[child])
-    {
-      this->ExtendAdd(child, panel, rows, columns, update, place);
+      run(k);
     }
   }
 
-  void ExtendAdd(Index child, double* panel, Index rows, Index columns, double* update, const std::vector<Index>& place)
+  /// Divides the rows below by the triangle, and subtracts their products from the update matrix.
+  static void Eliminate(const Front& front)
+  {
+    const double one = 1.0;
+    const double minusOne = -1.0;
+    const int below = front.Below();
+    double* lower = front.Panel + front.Columns;
+    ForBlocks(front, below, [&](int first, int count) {
+      dtrsm_("R", "L", "T", "N", &count, &front.Columns, &one, front.Panel, &front.Rows, lower + first, &front.Rows);
+    });
+    ForBlocks(front, below, [&](int first, int count) {
+      const int under = below - first - count;
+      double* diagonal = front.Update + std::int64_t(first) * (below + 1);
+      dsyrk_("L", "N", &count, &front.Columns, &minusOne, lower + first, &front.Rows, &one, diagonal, &below);
+      if (under > 0)
+      {
+        dgemm_("N", "T", &under, &count, &front.Columns, &minusOne, lower + first + count, &front.Rows, lower + first,
+          &front.Rows, &one, diagonal + count, &below);
+      }
+    });
+  }
+
+  /// Scatters the entries of A and the children's updates into the panel and the update matrix.
+  void Assemble(Index s, const Front& front, std::vector<Index>& place)
+  {
+    const Index start = this->Symbolic.FirstColumn[s];
+    const Index* ids = this->Symbolic.PanelRowIds(s);
+    for (Index k = 0; k < front.Rows; ++k)
+    {
+      place[ids[k]] = k;
+    }
+    ForBlocks(front, front.Columns, [&](int first, int count) {
+      std::fill_n(front.Panel + std::int64_t(first) * front.Rows, std::int64_t(count) * front.Rows, 0.0);
+      for (Index column = first; column < first + count; ++column)
+      {
+        for (SparseMatrix::InnerIterator entry(this->Matrix, this->Symbolic.OldOfNew[start + column]); entry; ++entry)
+        {
+          const Index row = this->Symbolic.NewOfOld[entry.row()];
+          if (row >= start + column)
+          {
+            front.Panel[std::int64_t(column) * front.Rows + place[row]] = entry.value();
+          }
+        }
+      }
+    });
+    ForBlocks(front, front.Below(), [&](int first, int count) {
+      for (std::int64_t column = first; column < first + count; ++column)
+      {
+        std::fill_n(front.Update + column * (front.Below() + 1), front.Below() - column, 0.0);
+      }
+    });
+    for (Index child = this->FirstChild[s]; child >= 0; child = this->NextSibling[child])
+    {
+      this->ExtendAdd(child, front, place);
+    }
+  }
+
+  void ExtendAdd(Index child, const Front& front, const std::vector<Index>& place)
   {
     const Index own = this->Symbolic.Columns(child);
-    const Index count = this->Symbolic.PanelRows(child) - own;
+    const Index size = this->Symbolic.PanelRows(child) - own;
     const Index* ids = this->Symbolic.PanelRowIds(child) + own;
-    const Index below = rows - columns;
-    std::vector<Index> target(static_cast<std::size_t>(count));
-    std::transform(ids, ids + count, target.begin(), [&](Index id) { return place[id]; });
-    const double* source = this->Updates[child].data();
-    for (Index b = 0; b < count; ++b, source += count)
-    {
-      const Index column = target[b];
-      double* destination = column < columns ? panel + std::int64_t(column) * rows
-                                             : update + std::int64_t(column - columns) * below - columns;
-      for (Index a = b; a < count; ++a)
+    std::vector<Index> target(static_cast<std::size_t>(size));
+    std::transform(ids, ids + size, target.begin(), [&](Index id) { return place[id]; });
+    ForBlocks(front, size, [&](int first, int count) { // columns of the child go to different ones of the front
+      const double* source = this->Updates[child].data() + std::int64_t(first) * size;
+      for (Index b = first; b < first + count; ++b, source += size)
       {
-        destination[target[a]] += source[a];
+        const Index column = target[b];
+        double* destination = column < front.Columns
+          ? front.Panel + std::int64_t(column) * front.Rows
+          : front.Update + std::int64_t(column - front.Columns) * front.Below() - front.Columns;
+        for (Index a = b; a < size; ++a)
+        {
+          destination[target[a]] += source[a];
+        }
       }
-    }
-    if (count > 0)
+    });
+    if (size > 0)
     {
       this->Pool.Return(std::move(this->Updates[child]));
     }
@@ -246,7 +295,7 @@ SupernodalFactor::SupernodalFactor(SupernodalAnalysis analysis, const SparseMatr
     place.resize(static_cast<std::size_t>(this->Symbolic.Size));
     for (Index s = tree.First[tree.Roots[k]]; s <= tree.Roots[k]; ++s)
     {
-      fronts.Factor(s, place);
+      fronts.Factor(s, place, false);
     }
     scratch.Return(std::move(place));
     std::lock_guard<std::mutex> lock(mutex);
@@ -266,7 +315,7 @@ SupernodalFactor::SupernodalFactor(SupernodalAnalysis analysis, const SparseMatr
   place.resize(static_cast<std::size_t>(this->Symbolic.Size));
   for (const Index s : tree.Above)
   {
-    fronts.Factor(s, place);
+    fronts.Factor(s, place, true);
     const double rows = this->Symbolic.PanelRows(s);
     done += rows * rows * this->Symbolic.Columns(s);
     report();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "ExampleMeshes.h"
+#include "ScreenedMatrices.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/InstructionSet.h"
@@ -323,6 +324,20 @@ TEST(CholeskySolver, SeveralThreadsMaySolveAtOnce)
     thread.join();
   }
   EXPECT_EQ(wrong, 0);
+}
+
+TEST(CholeskySolver, FactorsOfVolumesHaveTheSameBitsForEveryNumberOfThreads)
+{
+  const test::ScreenedMatrix cube = test::ScreenedCube(22); // its largest fronts go to several threads in blocks
+  const Eigen::VectorXd side = test::NoiseSides(cube.Mass, 1).col(0);
+  const auto solve = [&](int threads) {
+    const ThreadScope scope(threads);
+    return CholeskySolver(cube.Matrix).Solve(side);
+  };
+  const Eigen::VectorXd alone = solve(1);
+  EXPECT_LE(CholeskySolver(cube.Matrix).RelativeResidual(alone, side), 1e-12);
+  EXPECT_EQ(solve(2), alone);
+  EXPECT_EQ(solve(3), alone);
 }
 
 TEST(CholeskySolver, MovesWithItsFactor)
