@@ -9,8 +9,6 @@ namespace surfsynth
 
 namespace
 {
-constexpr Index MostVerticesOfLeaf = 24;
-constexpr std::int64_t MostWeightOfLeaf = 160;
 constexpr double SmallestShare = 0.35; ///< of a side in the weight of both
 constexpr int MostRounds = 4;
 constexpr std::size_t Patience = 10; ///< moves without a saving, and a quarter of the vertices at the cut
@@ -375,7 +373,7 @@ void GraphPartition::SplitLeaf(Index node, const std::vector<Index>& vertices, i
   }
 }
 
-void GraphPartition::SplitLeaves(int tries)
+void GraphPartition::SplitLeaves(int tries, const SmallLeaf& small)
 {
   std::vector<std::vector<Index>> verticesOf(static_cast<std::size_t>(this->Tree.Size()));
   for (Index v = 0; v < this->Graph.Size(); ++v)
@@ -385,7 +383,7 @@ void GraphPartition::SplitLeaves(int tries)
   for (Index node = 0; node < this->Tree.Size(); ++node)
   {
     const std::vector<Index> vertices = std::move(verticesOf[node]);
-    if (static_cast<Index>(vertices.size()) <= MostVerticesOfLeaf || this->Weight[node] <= MostWeightOfLeaf ||
+    if (static_cast<Index>(vertices.size()) <= small.Vertices || this->Weight[node] <= small.Weight ||
       this->Tree.Depth[node] >= DissectionTree::MaximumDepth)
     {
       continue;

@@ -30,18 +30,23 @@ struct DissectionTree
   void Split(Index node);
 };
 
-/// The parts of a graph that are the leaves of a tree, changed by the method of Fiduccia and Mattheyses [Fiduccia1982]: the
-/// vertex whose move to the other side of a cut saves most edges moves, also at a loss, and the best of all states that
-/// were passed is kept. Deterministic.
+/// The parts of a graph that are the leaves of a tree, changed by the method of Fiduccia and Mattheyses [Fiduccia1982]:
+/// the vertex whose move to the other side of a cut saves most edges moves, also at a loss, and the best of all states
+/// that were passed is kept. Deterministic.
 class GraphPartition
 {
 public:
   /// @param leaf [V], a leaf of the tree for each vertex; changed by the members
   GraphPartition(const WeightedGraph& graph, DissectionTree& tree, std::vector<Index>& leaf);
 
-  /// Cuts leaves in two until each has at most 24 vertices or 160 of the finest graph, each time at the best of @p tries
-  /// cuts.
-  void SplitLeaves(int tries);
+  /// Leaves that are not split.
+  struct SmallLeaf
+  {
+    Index Vertices = 24;       ///< largest number of vertices, or ...
+    std::int64_t Weight = 160; ///< ... largest number of vertices of the finest graph
+  };
+  /// Cuts leaves in two until all are small, each time at the best of @p tries cuts.
+  void SplitLeaves(int tries, const SmallLeaf& small);
   /// Moves the cut of each inner node, the root first. Vertices that cross a cut join a leaf next to them.
   void RefineCuts();
 
@@ -58,7 +63,8 @@ private:
   int Side(const Cut& cut, Index vertex) const;
   Index Child(const Cut& cut, int side) const { return this->Tree.Left[cut.Node] + side; }
   void SplitLeaf(Index node, const std::vector<Index>& vertices, int tries);
-  /// Moves vertices from the second to the first child, one next to the other from @p seed on, until both weigh the same.
+  /// Moves vertices from the second to the first child, one next to the other from @p seed on, until the first one weighs
+  /// half or more, or a single vertex is left.
   void Grow(const Cut& cut, const std::vector<Index>& vertices, Index seed);
   Index FarthestFrom(Index seed, Index node);
   void Refine(const Cut& cut, std::vector<Index>& ends);

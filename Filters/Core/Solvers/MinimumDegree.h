@@ -11,8 +11,8 @@
 namespace surfsynth
 {
 
-/// Orders the vertices of small graphs by the number of neighbors that each still has when it is eliminated, exactly, the
-/// lowest number first among equals. Neighborhoods are sets of bits; memory and time of an elimination grow with the
+/// Orders the vertices of small graphs by the number of neighbors that each still has when it is eliminated, exactly,
+/// the lowest number first among equals. Neighborhoods are sets of bits; memory and time of an elimination grow with the
 /// number of vertices. Keeps its memory from graph to graph.
 class MinimumDegree
 {

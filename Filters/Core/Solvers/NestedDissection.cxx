@@ -22,9 +22,11 @@ struct GraphLevels
   std::vector<VertexClusters> Clusters; ///< of the vertices of each graph but the last
 };
 
+/// Vertices of a graph that is not coarsened further.
+constexpr Index CoarseEnough = 2000;
+
 GraphLevels CoarsenByLevels(const SparseMatrix& matrix)
 {
-  constexpr Index CoarseEnough = 2000;
   constexpr double LargestRatio = 0.8;
   constexpr std::int64_t ClusterSize = 12; ///< times the mean weight
   GraphLevels levels;
@@ -47,13 +49,16 @@ GraphLevels CoarsenByLevels(const SparseMatrix& matrix)
 }
 
 /// Leaves of the vertices of the finest graph. Leaves are split on the coarser graphs, where the few vertices of a leaf
-/// stand for many, and cuts are moved on each graph.
+/// stand for many, and cuts are moved on each graph. On the finest one leaves that grew by that are split again.
 std::vector<Index> PartByLevels(const GraphLevels& levels, DissectionTree& tree)
 {
   constexpr int TriesOnCoarsest = 12;
   constexpr int Tries = 2;
+  const GraphPartition::SmallLeaf small;
+  const GraphPartition::SmallLeaf finest{ 400, 400 };
   std::vector<Index> leaf(levels.Graphs.back().Weights.size(), 0);
-  GraphPartition(levels.Graphs.back(), tree, leaf).SplitLeaves(TriesOnCoarsest);
+  const bool isCoarse = levels.Graphs.back().Size() <= 2 * CoarseEnough; // graphs with hubs do not get there
+  GraphPartition(levels.Graphs.back(), tree, leaf).SplitLeaves(isCoarse ? TriesOnCoarsest : Tries, small);
   for (std::size_t level = levels.Clusters.size(); level-- > 0;)
   {
     const std::vector<Index>& clusterOf = levels.Clusters[level].Of;
@@ -62,10 +67,7 @@ std::vector<Index> PartByLevels(const GraphLevels& levels, DissectionTree& tree)
     leaf = std::move(fine);
     GraphPartition partition(levels.Graphs[level], tree, leaf);
     partition.RefineCuts();
-    if (level > 0)
-    {
-      partition.SplitLeaves(Tries);
-    }
+    partition.SplitLeaves(Tries, level > 0 ? small : finest);
   }
   return leaf;
 }

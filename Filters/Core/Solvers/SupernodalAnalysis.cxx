@@ -53,12 +53,6 @@ cholmod_sparse LowerView(const SparseMatrix& matrix)
   return view;
 }
 
-/// Whether nested dissection pays: volumes, from the size on where the factorization saves what the ordering costs.
-bool NeedsDissection(const SparseMatrix& matrix)
-{
-  return matrix.rows() >= SmallestDissection && matrix.nonZeros() > MostEntriesOfSurfaces * matrix.rows();
-}
-
 /// The row after a panel's own columns belongs to the supernode that receives its update.
 std::vector<Index> Parents(const SupernodalAnalysis& analysis)
 {
@@ -83,9 +77,14 @@ std::vector<Index> Parents(const SupernodalAnalysis& analysis)
 }
 } // namespace
 
+bool IsDissected(const SparseMatrix& matrix)
+{
+  return matrix.rows() >= SmallestDissection && matrix.nonZeros() > MostEntriesOfSurfaces * matrix.rows();
+}
+
 SupernodalAnalysis AnalyzeSupernodes(const SparseMatrix& matrix)
 {
-  std::vector<Index> dissection = NeedsDissection(matrix) ? NestedDissectionOrder(matrix) : std::vector<Index>();
+  std::vector<Index> dissection = IsDissected(matrix) ? NestedDissectionOrder(matrix) : std::vector<Index>();
   CholmodSession session(dissection.empty() ? CHOLMOD_AMD : CHOLMOD_GIVEN);
   cholmod_sparse lower = LowerView(matrix);
   const auto release = [&session](cholmod_factor* factor) { cholmod_free_factor(&factor, &session.Common); };

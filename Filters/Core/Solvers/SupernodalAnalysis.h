@@ -34,8 +34,12 @@ struct SupernodalAnalysis
   const Index* PanelRowIds(Index s) const { return this->Rows.data() + this->RowStart[s]; }
 };
 
-/// Orders matrices of volumes from 10,000 rows on by NestedDissectionOrder(), all others by CHOLMOD's AMD [Amestoy1996],
-/// and finds the supernodes by CHOLMOD [Chen2008]. Children precede parents.
+/// Whether AnalyzeSupernodes() orders by NestedDissectionOrder(): matrices that are denser than those of surfaces, from
+/// the size on where the factorization saves what the ordering costs.
+bool IsDissected(const SparseMatrix& matrix);
+
+/// Orders by NestedDissectionOrder() or CHOLMOD's AMD [Amestoy1996], see IsDissected(), and finds the supernodes by
+/// CHOLMOD [Chen2008]. Children precede parents.
 /// @throws SolverFailure when the factor would have more than 2^31 entries; std::bad_alloc.
 SupernodalAnalysis AnalyzeSupernodes(const SparseMatrix& matrix);
 

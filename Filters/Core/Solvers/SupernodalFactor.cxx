@@ -77,8 +77,8 @@ public:
     }
   }
 
-  /// Assembles and factors front @p s, whose children are done. @p place is scratch of length n. The blocks of a large front
-  /// go to several threads where @p isAlone says that no other front is factored at the same time.
+  /// Assembles and factors front @p s, whose children are done. @p place is scratch of length n. The blocks of a large
+  /// front go to several threads where @p isAlone says that no other front is factored at the same time.
   void Factor(Index s, std::vector<Index>& place, bool isAlone)
   {
     Front front{ this->Symbolic.PanelRows(s), this->Symbolic.Columns(s), this->Values + this->Symbolic.ValueStart[s],

@@ -8,10 +8,10 @@
 namespace surfsynth
 {
 
-/// Largest mean number of entries in a row of a matrix that is taken for that of a surface: six neighbors and the row itself on
-/// average, where volumes have fourteen.
+/// Largest mean number of entries in a row of a matrix that is taken for that of a surface: six neighbors and the row
+/// itself on average, where volumes have fourteen.
 constexpr std::int64_t MostEntriesOfSurfaces = 9;
-/// Fewest rows of a volume's matrix that is ordered by nested dissection, where CHOLMOD factors it.
+/// Fewest rows of a denser matrix that is ordered by nested dissection, with SURFACE_SYNTHESIS_CHOLMOD.
 constexpr std::int64_t SmallestDissection = 10000;
 
 /// Returns the matrix compressed, with rows ascending in each column.

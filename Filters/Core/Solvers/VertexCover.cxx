@@ -18,7 +18,7 @@ public:
     , MateOfLeft(static_cast<std::size_t>(left), -1)
     , MateOfRight(static_cast<std::size_t>(right), -1)
     , From(static_cast<std::size_t>(right), -1)
-    , Reached(static_cast<std::size_t>(right), -1)
+    , IsReached(static_cast<std::size_t>(right), false)
   {
     for (const auto& [a, b] : sortedEdges)
     {
@@ -84,21 +84,24 @@ private:
   }
 
   /// Looks for an unmatched right vertex along alternating paths from @p root, breadth first, and swaps the path there.
+  /// What a search without success has reached leads nowhere later either, and is not searched again.
   void Augment(Index root)
   {
     Index end = -1;
     this->Queue.assign(1, root);
+    this->Visited.clear();
     for (std::size_t q = 0; q < this->Queue.size() && end < 0; ++q)
     {
       const Index a = this->Queue[q];
       for (Index k = this->Start[a]; k < this->Start[a + 1] && end < 0; ++k)
       {
         const Index b = this->Neighbors[k];
-        if (this->Reached[b] == root)
+        if (this->IsReached[b])
         {
           continue;
         }
-        this->Reached[b] = root;
+        this->IsReached[b] = true;
+        this->Visited.push_back(b);
         this->From[b] = a;
         if (this->MateOfRight[b] < 0)
         {
@@ -109,6 +112,10 @@ private:
           this->Queue.push_back(this->MateOfRight[b]);
         }
       }
+    }
+    for (std::size_t k = 0; end >= 0 && k < this->Visited.size(); ++k)
+    {
+      this->IsReached[this->Visited[k]] = false;
     }
     while (end >= 0)
     {
@@ -122,8 +129,9 @@ private:
   std::vector<Index> Neighbors; ///< right ends of the edges of each left vertex
   std::vector<Index> MateOfLeft;
   std::vector<Index> MateOfRight;
-  std::vector<Index> From;    ///< [R], left vertex from which the search came
-  std::vector<Index> Reached; ///< [R], root of the last search that came here
+  std::vector<Index> From;     ///< [R], left vertex from which the search came
+  std::vector<bool> IsReached; ///< [R], by this search or one without success
+  std::vector<Index> Visited;  ///< right vertices that this search has reached
   std::vector<Index> Queue;
 };
 } // namespace

@@ -90,7 +90,7 @@ Edges RandomEdges(Index size, int count)
   return edges;
 }
 
-/// Entries of the factor in the order, those of the diagonal included: the elimination with sets, one vertex after the other.
+/// Entries of the factor in the order, those of the diagonal included: the elimination, one vertex after the other.
 std::int64_t FactorEntries(const SparseMatrix& matrix, const std::vector<Index>& order)
 {
   std::vector<Index> place(order.size());
@@ -181,7 +181,7 @@ TEST(NestedDissection, FactorsOfSurfacesAreAsSparseAsThoseOfAmd)
   EXPECT_LT(static_cast<double>(dissected), 1.05 * static_cast<double>(EntriesByAmd(matrix)));
 }
 
-TEST(NestedDissection, SolvesVolumesWithFewerEntries)
+TEST(NestedDissection, OrdersTheFactorsOfVolumes)
 {
   const test::ScreenedMatrix cube = test::ScreenedCube(22); // 12,167 rows, above the size from which on it is used
   const CholeskySolver solver(cube.Matrix);
@@ -197,7 +197,7 @@ TEST(GraphPartition, CutsAGridAcrossItsLongSideInTheMiddle)
   const WeightedGraph graph = GraphOfPattern(PatternOf(40 * 10, Grid(40, 10)));
   DissectionTree tree;
   std::vector<Index> leaf(400, 0);
-  GraphPartition(graph, tree, leaf).SplitLeaves(4);
+  GraphPartition(graph, tree, leaf).SplitLeaves(4, {});
   ASSERT_FALSE(tree.IsLeaf(0));
   const std::uint64_t half = std::uint64_t(1) << 63;
   const auto isSecond = [&](Index v) { return (tree.Path[leaf[v]] & half) != 0; };
@@ -306,6 +306,37 @@ TEST(VertexCover, IsTheSmallestOneOfRandomGraphs)
       EXPECT_TRUE(cover.Left[a] || cover.Right[b]) << trial;
     }
   }
+}
+
+TEST(VertexCover, IsTheSmallerSideWhereEveryVertexOfItFindsAPartner)
+{
+  Edges edges; // most of the left side stays without a partner, after searches that all come to the same end
+  for (Index a = 0; a < 40000; ++a)
+  {
+    for (Index k = 0; k < 6; ++k)
+    {
+      edges.emplace_back(a, (a * 7 + k * k * 613) % 4000);
+    }
+  }
+  const VertexCover cover = MinimumVertexCover(40000, 4000, edges);
+  EXPECT_EQ(std::count(cover.Right.begin(), cover.Right.end(), true), 4000);
+  EXPECT_EQ(std::count(cover.Left.begin(), cover.Left.end(), true), 0);
+}
+
+TEST(GraphPartition, SplitsLeavesThatRefinementLeftLarge)
+{
+  const WeightedGraph graph = GraphOfPattern(PatternOf(60 * 60, Grid(60, 60)));
+  DissectionTree tree;
+  std::vector<Index> leaf(3600, 0);
+  GraphPartition(graph, tree, leaf).SplitLeaves(1, { 400, 400 });
+  std::vector<Index> sizes(static_cast<std::size_t>(tree.Size()), 0);
+  for (const Index node : leaf)
+  {
+    ASSERT_TRUE(tree.IsLeaf(node));
+    ++sizes[node];
+  }
+  EXPECT_LE(*std::max_element(sizes.begin(), sizes.end()), 400);
+  EXPECT_GT(tree.Size(), 16);
 }
 
 TEST(MinimumDegree, EliminatesEndsBeforeTheMiddleAndCountsTheHalo)
