@@ -359,7 +359,8 @@ TEST(CholeskySolver, LargeFrontsHaveTheSameBitsForEveryNumberOfThreads)
   const auto solve = [&](int threads) {
     const ThreadScope scope(threads);
     const CholeskySolver solver(matrix);
-    EXPECT_LT(solver.FactorEntries(), 2000000); // two fronts, the first with 900 rows below; as one they are 2.25 million
+    EXPECT_LT(
+      solver.FactorEntries(), 2000000); // two fronts, the first with 900 rows below; as one they are 2.25 million
     return solver.Solve(side);
   };
   const Eigen::VectorXd alone = solve(1);
