@@ -1,20 +1,25 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Orders of the matrices of volumes as a table: entries and arithmetic of the factor, and the time of ordering and symbolic
+// Orders of the matrices of volumes and surfaces as a table: entries and arithmetic of the factor, and the time of ordering and symbolic
 // analysis, by CHOLMOD's AMD, by METIS and by NestedDissectionOrder().
 //
-//   SurfaceSynthesisOrderingTable [CELLS...]
+//   SurfaceSynthesisOrderingTable [CELLS | SURFACE.off]...
 //
-// The volumes are cubes with CELLS^3 cells (19, 31 and 49 by default) of six tetrahedra each.
+// The volumes are cubes with CELLS^3 cells (19, 31 and 49 by default) of six tetrahedra each;
+// SurfaceSynthesisBenchmarks --write-mesh=603000:SURFACE.off writes a surface.
+#include "ExampleMeshes.h"
 #include "ScreenedMatrices.h"
 
 #include "Core/Solvers/NestedDissection.h"
 
-#include <cholmod.h>
+#include <Eigen/CholmodSupport>
 
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <exception>
+#include <stdexcept>
+#include <string>
 #include <vector>
 
 using namespace surfsynth;
@@ -32,15 +37,7 @@ bool PrintRow(const char* name, int ordering, const SparseMatrix& matrix)
   common.nmethods = 1;
   common.method[0].ordering = ordering;
   common.supernodal = CHOLMOD_SUPERNODAL;
-  cholmod_sparse view{};
-  view.nrow = view.ncol = static_cast<std::size_t>(matrix.rows());
-  view.nzmax = static_cast<std::size_t>(matrix.nonZeros());
-  view.p = const_cast<Index*>(matrix.outerIndexPtr());
-  view.i = const_cast<Index*>(matrix.innerIndexPtr());
-  view.stype = -1;
-  view.itype = CHOLMOD_INT;
-  view.xtype = CHOLMOD_PATTERN;
-  view.sorted = view.packed = 1;
+  cholmod_sparse view = Eigen::viewAsCholmod(matrix.selfadjointView<Eigen::Lower>());
   cholmod_factor* factor = cholmod_analyze_p(&view, order.empty() ? nullptr : order.data(), nullptr, 0, &common);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
   const bool isDone = factor != nullptr && common.status == CHOLMOD_OK;
@@ -51,32 +48,47 @@ bool PrintRow(const char* name, int ordering, const SparseMatrix& matrix)
   return isDone;
 }
 
+/// The matrix of an argument: a surface's where it names a file, a volume's where it is a number of cells.
+SparseMatrix MatrixOf(const std::string& argument)
+{
+  if (argument.size() > 4 && argument.compare(argument.size() - 4, 4, ".off") == 0)
+  {
+    return test::ScreenedSurface(test::ReadOff(argument)).Matrix;
+  }
+  const int cells = std::atoi(argument.c_str());
+  if (cells < 1 || cells > 200)
+  {
+    throw std::runtime_error(
+      "SurfaceSynthesisOrderingTable: \"" + argument + "\"; expected numbers of cells from 1 to 200 or files *.off.");
+  }
+  return test::ScreenedCube(cells).Matrix;
+}
+
 } // namespace
 
 int main(int argc, char** argv)
 {
-  std::vector<int> sides;
-  for (int k = 1; k < argc; ++k)
+  std::vector<std::string> arguments(argv + 1, argv + argc);
+  if (arguments.empty())
   {
-    sides.push_back(std::atoi(argv[k]));
-    if (sides.back() < 1 || sides.back() > 200)
+    arguments = { "19", "31", "49" };
+  }
+  bool isDone = true;
+  try
+  {
+    std::printf("| points | | entries | GFLOP | ordering and analysis |\n|---:|---|---:|---:|---:|\n");
+    for (const std::string& argument : arguments)
     {
-      std::fprintf(stderr, "SurfaceSynthesisOrderingTable: \"%s\" cells; expected numbers from 1 to 200.\n", argv[k]);
-      return 2;
+      const SparseMatrix matrix = MatrixOf(argument);
+      isDone = PrintRow("AMD", CHOLMOD_AMD, matrix) && isDone;
+      isDone = PrintRow("METIS", CHOLMOD_METIS, matrix) && isDone;
+      isDone = PrintRow("NestedDissectionOrder()", CHOLMOD_GIVEN, matrix) && isDone;
     }
   }
-  if (sides.empty())
+  catch (const std::exception& error)
   {
-    sides = { 19, 31, 49 };
-  }
-  std::printf("| points | | entries | GFLOP | ordering and analysis |\n|---:|---|---:|---:|---:|\n");
-  bool isDone = true;
-  for (const int cells : sides)
-  {
-    const SparseMatrix matrix = test::ScreenedCube(cells).Matrix;
-    isDone = PrintRow("AMD", CHOLMOD_AMD, matrix) && isDone;
-    isDone = PrintRow("METIS", CHOLMOD_METIS, matrix) && isDone;
-    isDone = PrintRow("NestedDissectionOrder()", CHOLMOD_GIVEN, matrix) && isDone;
+    std::fprintf(stderr, "%s\n", error.what());
+    return 2;
   }
   return isDone ? 0 : 1;
 }

@@ -5,7 +5,7 @@
 #include "Core/Solvers/NestedDissection.h"
 #include "Core/Solvers/SymmetricMatrix.h"
 
-#include <cholmod.h>
+#include <Eigen/CholmodSupport>
 
 #include <memory>
 #include <new>
@@ -34,24 +34,6 @@ public:
 
   cholmod_common Common{};
 };
-
-/// A view of the lower triangle; CHOLMOD does not write to it.
-cholmod_sparse LowerView(const SparseMatrix& matrix)
-{
-  cholmod_sparse view{};
-  view.nrow = static_cast<std::size_t>(matrix.rows());
-  view.ncol = static_cast<std::size_t>(matrix.cols());
-  view.nzmax = static_cast<std::size_t>(matrix.nonZeros());
-  view.p = const_cast<Index*>(matrix.outerIndexPtr());
-  view.i = const_cast<Index*>(matrix.innerIndexPtr());
-  view.stype = -1;
-  view.itype = CHOLMOD_INT;
-  view.xtype = CHOLMOD_PATTERN;
-  view.dtype = CHOLMOD_DOUBLE;
-  view.sorted = 1;
-  view.packed = 1;
-  return view;
-}
 
 /// The row after a panel's own columns belongs to the supernode that receives its update.
 std::vector<Index> Parents(const SupernodalAnalysis& analysis)
@@ -86,7 +68,7 @@ SupernodalAnalysis AnalyzeSupernodes(const SparseMatrix& matrix)
 {
   std::vector<Index> dissection = IsDissected(matrix) ? NestedDissectionOrder(matrix) : std::vector<Index>();
   CholmodSession session(dissection.empty() ? CHOLMOD_AMD : CHOLMOD_GIVEN);
-  cholmod_sparse lower = LowerView(matrix);
+  cholmod_sparse lower = Eigen::viewAsCholmod(matrix.selfadjointView<Eigen::Lower>());
   const auto release = [&session](cholmod_factor* factor) { cholmod_free_factor(&factor, &session.Common); };
   Index* given = dissection.empty() ? nullptr : dissection.data();
   const std::unique_ptr<cholmod_factor, decltype(release)> factor(

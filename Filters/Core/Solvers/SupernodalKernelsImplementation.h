@@ -186,19 +186,26 @@ void SubtractFromAllColumns(const SupernodalPanel& panel, int j, int last, doubl
 
 /// Solves with the columns [first, last) for W vectors of right-hand sides and subtracts their effect below, R rows at a
 /// time, so that R x W sums and W values fit the registers.
-template <int R, int W>
-void ForwardTile(const SupernodalPanel& panel, int first, int last, double* x, std::int64_t count)
+struct ForwardTile
 {
-  ForwardTriangle<W>(panel, first, last, x, count);
-  SubtractFromAllRows<R, W>(panel, first, last, last, x, count);
-}
+  template <int R, int W>
+  static void Run(const SupernodalPanel& panel, int first, int last, double* x, std::int64_t count)
+  {
+    ForwardTriangle<W>(panel, first, last, x, count);
+    SubtractFromAllRows<R, W>(panel, first, last, last, x, count);
+  }
+};
 
-template <int R, int W>
-void BackwardTile(const SupernodalPanel& panel, int first, int last, double* x, std::int64_t count)
+/// Subtracts the effect of the rows below, R columns at a time, and solves with the transpose.
+struct BackwardTile
 {
-  SubtractFromAllColumns<R, W>(panel, first, last, x, count);
-  BackwardTriangle<W>(panel, first, last, x, count);
-}
+  template <int R, int W>
+  static void Run(const SupernodalPanel& panel, int first, int last, double* x, std::int64_t count)
+  {
+    SubtractFromAllColumns<R, W>(panel, first, last, x, count);
+    BackwardTriangle<W>(panel, first, last, x, count);
+  }
+};
 
 /// ForwardTriangle for one right-hand side: the same operations on each number.
 void ForwardTriangleOfOne(const SupernodalPanel& panel, int first, int last, double* x)
@@ -344,6 +351,27 @@ void BackwardOne(const SupernodalPanel& panel, double* x)
 constexpr int Narrow = 8 / VectorDoubles;
 constexpr int NarrowRows = VectorDoubles == 4 ? 6 : VectorDoubles;
 
+/// The columns [first, last) for all right-hand sides, in tiles: the block stays in cache for all of them.
+template <typename Tile>
+void RunTiles(const SupernodalPanel& panel, int first, int last, double* x, std::int64_t count)
+{
+  std::int64_t done = 0;
+#if SURFSYNTH_VECTOR_DOUBLES == 8
+  for (; done + 32 <= count; done += 32)
+  {
+    Tile::template Run<6, 4>(panel, first, last, x + done, count);
+  }
+  for (; done + 16 <= count; done += 16)
+  {
+    Tile::template Run<8, 2>(panel, first, last, x + done, count);
+  }
+#endif
+  for (; done < count; done += 8)
+  {
+    Tile::template Run<NarrowRows, Narrow>(panel, first, last, x + done, count);
+  }
+}
+
 void Forward(const SupernodalPanel& panel, double* x, std::int64_t count)
 {
   if (count == 1)
@@ -351,24 +379,9 @@ void Forward(const SupernodalPanel& panel, double* x, std::int64_t count)
     ForwardOne(panel, x);
     return;
   }
-  for (int first = 0; first < panel.Columns; first = BlockEnd(panel, first)) // a block stays in cache for all tiles
+  for (int first = 0; first < panel.Columns; first = BlockEnd(panel, first))
   {
-    const int last = BlockEnd(panel, first);
-    std::int64_t done = 0;
-#if SURFSYNTH_VECTOR_DOUBLES == 8
-    for (; done + 32 <= count; done += 32)
-    {
-      ForwardTile<6, 4>(panel, first, last, x + done, count);
-    }
-    for (; done + 16 <= count; done += 16)
-    {
-      ForwardTile<8, 2>(panel, first, last, x + done, count);
-    }
-#endif
-    for (; done < count; done += 8)
-    {
-      ForwardTile<NarrowRows, Narrow>(panel, first, last, x + done, count);
-    }
+    RunTiles<ForwardTile>(panel, first, BlockEnd(panel, first), x, count);
   }
 }
 
@@ -381,22 +394,7 @@ void Backward(const SupernodalPanel& panel, double* x, std::int64_t count)
   }
   for (int first = (panel.Columns - 1) / BlockColumns * BlockColumns; first >= 0; first -= BlockColumns)
   {
-    const int last = BlockEnd(panel, first);
-    std::int64_t done = 0;
-#if SURFSYNTH_VECTOR_DOUBLES == 8
-    for (; done + 32 <= count; done += 32)
-    {
-      BackwardTile<6, 4>(panel, first, last, x + done, count);
-    }
-    for (; done + 16 <= count; done += 16)
-    {
-      BackwardTile<8, 2>(panel, first, last, x + done, count);
-    }
-#endif
-    for (; done < count; done += 8)
-    {
-      BackwardTile<NarrowRows, Narrow>(panel, first, last, x + done, count);
-    }
+    RunTiles<BackwardTile>(panel, first, BlockEnd(panel, first), x, count);
   }
 }
 } // namespace
