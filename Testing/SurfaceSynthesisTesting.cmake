@@ -25,8 +25,10 @@
 #   LONG         with AS_ONE, a --gtest_filter of tests that take long: they are another test, <target>Long, with the label
 #                release. The presets of sanitizers leave out what they need not run by themselves.
 #   OPTIMIZED    compiles the tests with -O1 under sanitizers too: for tests that compute for long themselves
-#   SINGLE_THREADED  leaves the program out of trees with ThreadSanitizer: what it tests has no threads of its own
+#   SINGLE_THREADED  leaves the program out of trees with ThreadSanitizer: the library has no threads in what it tests
 #   UNSANITIZED  leaves the program out of all trees with sanitizers: it measures what other programs run
+#
+# Trees with sanitizers run the tests that SanitizedTests.cmake names, and do not build programs without any.
 #
 # Tests may write files in the folder that they run in: that of the calling CMakeLists.txt in the build tree, and with
 # AS_ONE <target>_files in it, since tests of several programs run at a time and may use the same names.
@@ -38,6 +40,7 @@ if (SURFACE_SYNTHESIS_TESTING)
 endif ()
 
 set(surfsynth_testing_folder "${CMAKE_CURRENT_LIST_DIR}")
+include("${CMAKE_CURRENT_LIST_DIR}/SanitizedTests.cmake")
 
 # surfsynth_precompile_test_headers(<target> <header>...)
 #
@@ -71,15 +74,37 @@ function (surfsynth_set_test_options target)
   target_link_libraries(${target} PRIVATE GTest::gmock GTest::gtest GTest::gtest_main)
 endfunction ()
 
+# Sets <result> to whether this tree runs any test of the sources: all but trees with ThreadSanitizer run some.
+function (surfsynth_have_tests_to_run result)
+  if (NOT CMAKE_CXX_FLAGS MATCHES "-fsanitize=thread")
+    set(${result} ON PARENT_SCOPE)
+    return()
+  endif ()
+  list(JOIN surfsynth_thread_words "|" words)
+  set(${result} OFF PARENT_SCOPE)
+  foreach (source IN LISTS ARGN)
+    cmake_path(ABSOLUTE_PATH source)
+    file(STRINGS "${source}" found REGEX "^(TEST|TEST_F|TEST_P|TYPED_TEST)\\([^)]*(${words})" LIMIT_COUNT 1)
+    if (found)
+      set(${result} ON PARENT_SCOPE)
+    endif ()
+  endforeach ()
+endfunction ()
+
 # All tests of a program, or those of its arguments, as one; called by surfsynth_add_gtest(), whose variables it reads.
 function (surfsynth_add_program_test name target)
+  # A test that skips must not pass unseen, nor an executable without tests. What ThreadSanitizer runs is chosen by names, some
+  # of which this tree may not have compiled.
+  set(failures "\\[  SKIPPED \\]")
+  if (NOT CMAKE_CXX_FLAGS MATCHES "-fsanitize=thread")
+    list(APPEND failures "Running 0 tests")
+  endif ()
   add_test(NAME ${name} COMMAND ${target} ${ARGN} WORKING_DIRECTORY "${CMAKE_CURRENT_BINARY_DIR}/${target}_files")
   set_tests_properties(${name} PROPERTIES
     TIMEOUT ${arg_TIMEOUT}
     LABELS "${arg_LABELS}"
     ENVIRONMENT "${arg_ENVIRONMENT}"
-    # An executable without tests must not pass unseen, nor a test that skips.
-    FAIL_REGULAR_EXPRESSION "Running 0 tests;\\[  SKIPPED \\]")
+    FAIL_REGULAR_EXPRESSION "${failures}")
 endfunction ()
 
 function (surfsynth_add_gtest target)
@@ -103,6 +128,11 @@ function (surfsynth_add_gtest target)
   endif ()
 
   add_executable(${target} ${arg_SOURCES})
+  surfsynth_have_tests_to_run(has_tests ${arg_SOURCES})
+  if (NOT has_tests)
+    set_target_properties(${target} PROPERTIES EXCLUDE_FROM_ALL ON)
+    return()
+  endif ()
   surfsynth_set_warnings(${target})
   target_link_libraries(${target} PRIVATE ${arg_LIBRARIES})
   surfsynth_set_test_options(${target})
@@ -122,7 +152,9 @@ function (surfsynth_add_gtest target)
 
   if (arg_AS_ONE)
     file(MAKE_DIRECTORY "${CMAKE_CURRENT_BINARY_DIR}/${target}_files")
-    if (arg_LONG AND NOT surfsynth_sanitized)
+    if (surfsynth_sanitized)
+      surfsynth_add_program_test(${target} ${target} "--gtest_filter=${surfsynth_test_filter}")
+    elseif (arg_LONG)
       surfsynth_add_program_test(${target} ${target} "--gtest_filter=-${arg_LONG}")
       surfsynth_add_program_test(${target}Long ${target} "--gtest_filter=${arg_LONG}")
       set_tests_properties(${target}Long PROPERTIES LABELS "${arg_LABELS};release")
@@ -136,6 +168,7 @@ function (surfsynth_add_gtest target)
   gtest_discover_tests(${target}
     TEST_PREFIX "${target}."
     TEST_LIST ${target}_tests
+    TEST_FILTER "${surfsynth_test_filter}"
     NO_PRETTY_VALUES
     DISCOVERY_MODE PRE_TEST
     DISCOVERY_TIMEOUT 120

@@ -27,7 +27,7 @@ namespace
 /// Seconds within which an abort must end the run; a sanitizer slows everything down.
 const double AbortLimit = IsSanitized() ? 15.0 : 1.0;
 
-vtkSmartPointer<vtkPolyData> LargeSphere() { return IsSanitized() ? RingSphere(120, 120) : RingSphere(550, 550); }
+vtkSmartPointer<vtkPolyData> LargeSphere() { return IsSanitized() ? RingSphere(120, 120) : RingSphere(350, 350); }
 
 /// A sphere without one ring of triangles, so that repair has something to do.
 vtkSmartPointer<vtkPolyData> LargeBrokenSphere()

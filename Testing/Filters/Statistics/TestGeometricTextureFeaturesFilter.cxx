@@ -70,7 +70,7 @@ double Value(vtkAlgorithm* filter, const char* column)
   return vtkTable::SafeDownCast(filter->GetOutputDataObject(1))->GetValueByName(0, column).ToDouble();
 }
 
-vtkDataArray* CellArray(vtkAlgorithm* filter, const char* name)
+[[maybe_unused]] vtkDataArray* CellArray(vtkAlgorithm* filter, const char* name)
 {
   return vtkPolyData::SafeDownCast(filter->GetOutputDataObject(0))->GetCellData()->GetArray(name);
 }
