@@ -5,13 +5,13 @@
     xvfb-run -a python3 textures_from_example.py --output DIR
 
 The examples: spikes and knobs, the balls that the shipped models were learned from; the shell of the armadillo, a piece of a
-scan; and bark, a random field whose ridges have a direction. Writes
+scan; and bark, a random field whose ridges have a direction. The last row is a blend of two. Writes
 
     textures_from_example.png  rows: the examples; columns: the example, and targets of genus 0, 1 and 2
     from_example_*.vtp         the surfaces, with displacements
 
 and prints how long each took and how far its patches are from those of the example (Mismatch). Bark grows along the longest
-axis of targets. Surfaces come from Debian's package libcgal-demo.
+axis of targets, and along it spikes give way to knobs. Surfaces come from Debian's package libcgal-demo.
 """
 
 import argparse
@@ -103,12 +103,30 @@ def bark(cells=96, side=3.0, stretch=4.0):
     return example, {**directions, "plain_example": given_dataset((np.stack([x, y, 0 * x], axis=1), triangles))}
 
 
+def blend():
+    """Knobs as the second example of spikes."""
+    example, parameters = spikes()
+    second, of_second = knobs()
+    second_plain = of_second["plain_example"]
+    return example, {**parameters, "second_example": second, "second_plain_example": second_plain, "blend": "Share"}
+
+
+def add_share(mesh, direction):
+    """Adds the share of a second example, which rises from 0 to 1 along a direction, and smoothly."""
+    heights = points_of(mesh) @ np.asarray(direction, dtype=float)
+    passed = np.clip((heights - heights.min()) / np.ptp(heights) * 1.5 - 0.25, 0.0, 1.0)
+    array = numpy_to_vtk(passed**2 * (3.0 - 2.0 * passed), deep=True)
+    array.SetName("Share")
+    mesh.GetPointData().AddArray(array)
+
+
 #: The examples, and the directions that they are seen from.
 CASES = {
     "spikes": (spikes, (0.3, 0.2, 1.0)),
     "knobs": (knobs, (0.3, 0.2, 1.0)),
     "shell": (shell, (0.0, 0.3, 1.0)),
     "bark": (bark, (0.0, -0.5, 1.0)),
+    "blend": (blend, (0.3, 0.2, 1.0)),
 }
 
 
@@ -123,8 +141,11 @@ def add_row(sheet, row, name, targets, options):
     make, direction = CASES[name]
     example, parameters = make()
     aspect = SIZE[0] / SIZE[1]
-    sheet.add(row, 0, f"{name}: the example\n{example.GetNumberOfCells():,} faces", example,
-              rendering.view_of(example, aspect, direction))  # fmt: skip
+    shown, title = example, f"{name}: the example"
+    if "second_example" in parameters:
+        shown, title = parameters["second_example"], f"{name} with spikes: the second example"
+    sheet.add(row, 0, f"{title}\n{shown.GetNumberOfCells():,} faces", shown,
+              rendering.view_of(shown, aspect, direction))  # fmt: skip
     for column, (target_name, target) in enumerate(targets.items(), 1):
         genus, direction, _ = TARGETS[target_name]
         output, seconds = synthesized(target, example, seed=options.seed, **parameters)
@@ -149,6 +170,7 @@ def main():
     for name in TARGETS:
         targets[name] = surfacesynthesis.remesh(surface(None, name + ".off"), points=options.points, feature_angle=None)
         add_vectors(targets[name], "Growth", TARGETS[name][2])
+        add_share(targets[name], TARGETS[name][2])
     sheet = rendering.Sheet(len(options.only), 1 + len(TARGETS), SIZE)
     for row, name in enumerate(options.only):
         add_row(sheet, row, name, targets, options)

@@ -34,6 +34,10 @@ constexpr GeometricTextureArray StrengthArray{ "strength", 0.0, 1e6, "values fro
 constexpr GeometricTextureArray BlendArray{ "blend", 0.0, 1.0,
   "values from 0, the texture of ModelFileName, to 1, that of SecondModelFileName" };
 
+/// Array with the share of the second example.
+constexpr GeometricTextureArray ExampleBlendArray{ "blend", 0.0, 1.0,
+  "values from 0, the texture of the first example, to 1, that of the second" };
+
 /// Array that multiplies the length of edges in a remeshing.
 constexpr GeometricTextureArray SizeArray{ "size", 0.01, 100.0, "values from 0.01 to 100" };
 

@@ -11,13 +11,12 @@
 #include "Reporting.h"
 #include "SurfaceBridge.h"
 #include "SurfaceInputs.h"
+#include "TextureExampleInput.h"
 #include "WholeInput.h"
 
 #include "Core/Common/Errors.h"
 #include "Core/Mesh/MidpointSubdivision.h"
 #include "Core/Mesh/UsedPoints.h"
-#include "Core/Operators/SurfaceOperators.h"
-#include "Core/Statistics/GeometricTextureFeatures.h"
 #include "Inference/GeometricTexture/ExampleSynthesis.h"
 #include "Inference/GeometricTexture/GeometricTextureExample.h"
 
@@ -34,7 +33,6 @@
 #include <exception>
 #include <memory>
 #include <new>
-#include <optional>
 #include <string>
 #include <utility>
 
@@ -51,7 +49,7 @@ bool SameRequest(const surfsynth::ExampleSynthesisRequest& a, const surfsynth::E
   const bool sameDirections = a.Directions.rows() == b.Directions.rows() &&
     (a.Directions.array() == b.Directions.array()).all();
   return a.Scale == b.Scale && a.Subdivisions == b.Subdivisions && a.Seed == b.Seed &&
-    surfsynth::SameValues(a.Sizes, b.Sizes) && sameDirections;
+    surfsynth::SameValues(a.Sizes, b.Sizes) && surfsynth::SameValues(a.Blend, b.Blend) && sameDirections;
 }
 } // namespace
 
@@ -63,36 +61,24 @@ public:
     : Self(self)
   {}
 
-  /// Reads the example where it has changed. @throws InvalidInput, SolverFailure, Cancelled
+  /// Reads the examples where they have changed. @throws InvalidInput, SolverFailure, Cancelled
   void Begin(vtkInformationVector** inputVector, const surfsynth::Progress& progress)
   {
     this->Textures.Begin();
     this->Mismatch = 0.0;
     this->Printability.Begin();
-    this->CheckProperties();
-    const auto textured = this->ExampleOn(inputVector[1], "example on port 1");
-    surfsynth::Surface surface = this->Convert(textured, "The example on port 1");
-    const surfsynth::UsedPoints points(surface.Mesh);
-    ExampleKey key;
-    key.Textured = surface.MeshHash();
-    key.Scales = this->Self->NumberOfScales;
-    key.Directions = this->ReadDirections(textured, points, this->Self->ExampleOrientationArrayName, "Example");
-    std::optional<surfsynth::Surface> plain;
-    if (inputVector[2]->GetNumberOfInformationObjects() > 0)
+    const bool isBlend = inputVector[3]->GetNumberOfInformationObjects() > 0;
+    this->CheckProperties(isBlend);
+    const std::string& directions = this->Self->ExampleOrientationArrayName;
+    this->FirstInput.Read(inputVector[1], inputVector[2], directions, this->Self->SmoothingLength);
+    int scales = this->Self->NumberOfScales;
+    if (isBlend)
     {
-      plain = this->Convert(this->ExampleOn(inputVector[2], "plain example on port 2"), "The plain example on port 2");
-      key.Plain = plain->MeshHash();
+      this->SecondInput.Read(inputVector[3], inputVector[4], directions, this->Self->SecondSmoothingLength);
+      scales = scales > 0 ? scales : this->CommonScales();
     }
-    else
-    {
-      key.SmoothingLength = this->Self->SmoothingLength;
-    }
-    if (!this->Example || !(key == this->Key))
-    {
-      this->Example.reset();
-      this->Example = this->Cut(surface, plain, key, progress);
-      this->Key = key;
-    }
+    this->Example = this->FirstInput.Patches(scales, surfsynth::SubProgress(progress, 0.0, isBlend ? 0.5 : 1.0));
+    this->Second = isBlend ? this->SecondInput.Patches(scales, surfsynth::SubProgress(progress, 0.5, 1.0)) : nullptr;
   }
 
   void End() { this->Textures.DropUnused(); }
@@ -116,12 +102,13 @@ public:
       input, points, this->Self->MaskArrayName, surfsynth::MaskArray);
     surfsynth::ExampleSynthesisRequest request = this->Request(input, points);
     request.Stream = block.FlatIndex;
-    Texture* texture = this->Textures.Find(surface,
-      [&](const Texture& held) { return held.Example == this->Example && SameRequest(held.Request, request); });
+    Texture* texture = this->Textures.Find(surface, [&](const Texture& held) {
+      return held.Example == this->Example && held.Second == this->Second && SameRequest(held.Request, request);
+    });
     if (!texture)
     {
       this->Textures.Drop(surface);
-      Texture made{ request, this->Example,
+      Texture made{ request, this->Example, this->Second,
         surfsynth::SynthesizeFromExample(*this->Example, points.Compact(surface.Mesh), request,
           surfsynth::SubProgress(progress, 0.0, SynthesisPart)) };
       ++this->NumberOfSyntheses;
@@ -150,6 +137,7 @@ public:
   }
 
   std::shared_ptr<const surfsynth::GeometricTextureExample> Example;
+  std::shared_ptr<const surfsynth::GeometricTextureExample> Second; ///< of a blend
   double Scale = 0.0;
   int Subdivisions = 0;
   double Mismatch = 0.0;
@@ -157,27 +145,11 @@ public:
   surfsynth::PrintabilityCount Printability; ///< of this update
 
 private:
-  /// What the patches of the example depend on.
-  struct ExampleKey
-  {
-    std::uint64_t Textured = 0; ///< hash
-    std::uint64_t Plain = 0;    ///< hash; 0 without port 2
-    int Scales = 0;
-    double SmoothingLength = 0.0;
-    surfsynth::PointMatrix Directions;
-
-    bool operator==(const ExampleKey& other) const
-    {
-      return this->Textured == other.Textured && this->Plain == other.Plain && this->Scales == other.Scales &&
-        this->SmoothingLength == other.SmoothingLength && this->Directions.rows() == other.Directions.rows() &&
-        (this->Directions.array() == other.Directions.array()).all();
-    }
-  };
-
   struct Texture
   {
     surfsynth::ExampleSynthesisRequest Request;
     std::shared_ptr<const surfsynth::GeometricTextureExample> Example;
+    std::shared_ptr<const surfsynth::GeometricTextureExample> Second;
     surfsynth::ExampleSynthesis Result;
   };
 
@@ -192,7 +164,14 @@ private:
     displacement = level.Mesh.Points - level.Base;
   }
 
-  void CheckProperties() const
+  /// Returns the larger of the numbers of scales that the examples ask for, as far as both have room for it.
+  int CommonScales()
+  {
+    const surfsynth::ExampleScaleCounts first = this->FirstInput.Scales(), second = this->SecondInput.Scales();
+    return std::min({ std::max(first.Automatic, second.Automatic), first.Most, second.Most });
+  }
+
+  void CheckProperties(bool isBlend) const
   {
     if (this->Self->Printable)
     {
@@ -208,77 +187,21 @@ private:
         (this->Self->OrientationArrayName.empty() ? "ExampleOrientationArrayName" : "OrientationArrayName") +
         " is set; OrientationArrayName and ExampleOrientationArrayName are needed together, or none.");
     }
-    for (const double value : { this->Self->TextureScale, this->Self->SmoothingLength, this->Self->Strength })
+    if (isBlend == this->Self->BlendArrayName.empty())
+    {
+      throw surfsynth::InvalidInput(isBlend
+          ? "There is a second example on port 3, but BlendArrayName is empty; a point array of the target is needed."
+          : "BlendArrayName is set, but there is no second example on port 3; both are needed together, or none.");
+    }
+    for (const double value : { this->Self->TextureScale, this->Self->SmoothingLength,
+           this->Self->SecondSmoothingLength, this->Self->Strength })
     {
       if (std::isnan(value))
       {
-        throw surfsynth::InvalidInput("TextureScale, SmoothingLength or Strength is not a number; numbers are needed.");
+        throw surfsynth::InvalidInput(
+          "TextureScale, SmoothingLength, SecondSmoothingLength or Strength is not a number; numbers are needed.");
       }
     }
-  }
-
-  vtkSmartPointer<vtkPolyData> ExampleOn(vtkInformationVector* port, const std::string& what) const
-  {
-    const auto found = surfsynth::SurfaceOn(port);
-    if (!found || found->GetNumberOfCells() == 0)
-    {
-      throw surfsynth::InvalidInput("The " + what + (found ? " is empty" : " is no surface") +
-        "; a vtkPolyData with a geometric texture is needed.");
-    }
-    return found;
-  }
-
-  surfsynth::Surface Convert(vtkPolyData* data, const std::string& what) const
-  {
-    try
-    {
-      return surfsynth::ToSurface(data, surfsynth::GeometricTextureExample::Requirements());
-    }
-    catch (const surfsynth::InvalidInput& error)
-    {
-      throw surfsynth::InvalidInput(what + ": " + error.what());
-    }
-  }
-
-  surfsynth::PointMatrix ReadDirections(
-    vtkPolyData* data, const surfsynth::UsedPoints& points, const std::string& name, const std::string& prefix) const
-  {
-    if (name.empty())
-    {
-      return {};
-    }
-    return surfsynth::ReadPointRows(data, points, { name, prefix + "OrientationArrayName" }, 3);
-  }
-
-  /// Cuts the patches out of the example.
-  std::shared_ptr<const surfsynth::GeometricTextureExample> Cut(const surfsynth::Surface& surface,
-    const std::optional<surfsynth::Surface>& plain, const ExampleKey& key, const surfsynth::Progress& progress) const
-  {
-    const surfsynth::UsedPoints points(surface.Mesh);
-    const surfsynth::TriangleMesh textured = points.Compact(surface.Mesh);
-    surfsynth::TriangleMesh form;
-    surfsynth::GeometricTextureExampleOptions options;
-    if (plain)
-    {
-      if (plain->Mesh.NumberOfPoints() != surface.Mesh.NumberOfPoints())
-      {
-        throw surfsynth::InvalidInput("The example on port 1 has " + std::to_string(surface.Mesh.NumberOfPoints()) +
-          " points and the plain example on port 2 " + std::to_string(plain->Mesh.NumberOfPoints()) +
-          "; the same triangles with other points are needed.");
-      }
-      form = surfsynth::UsedPoints(plain->Mesh).Compact(plain->Mesh);
-    }
-    else
-    {
-      const surfsynth::MeshTopology topology(textured);
-      const double area = surfsynth::LumpedMass(textured, topology).sum();
-      const double length = key.SmoothingLength > 0.0 ? key.SmoothingLength : 0.1 * std::sqrt(area);
-      form = surfsynth::SmoothedForm(textured, topology, length);
-      options.Margin = length;
-    }
-    options.Scales = key.Scales;
-    options.Directions = key.Directions;
-    return std::make_shared<const surfsynth::GeometricTextureExample>(textured, form, options, progress);
   }
 
   surfsynth::ExampleSynthesisRequest Request(vtkPolyData* input, const surfsynth::UsedPoints& points) const
@@ -289,19 +212,27 @@ private:
     request.Seed = static_cast<std::uint64_t>(this->Self->Seed);
     request.Sizes = surfsynth::ReadGeometricTextureArray(
       input, points, this->Self->SizeArrayName, surfsynth::ExampleSizeArray);
-    request.Directions = this->ReadDirections(input, points, this->Self->OrientationArrayName, "");
+    if (!this->Self->OrientationArrayName.empty())
+    {
+      request.Directions = surfsynth::ReadPointRows(
+        input, points, { this->Self->OrientationArrayName, "OrientationArrayName" }, 3);
+    }
+    request.Second = this->Second.get();
+    request.Blend = surfsynth::ReadGeometricTextureArray(
+      input, points, this->Self->BlendArrayName, surfsynth::ExampleBlendArray);
     return request;
   }
 
   vtkGeometricTextureFromExample* Self;
-  ExampleKey Key;
+  surfsynth::TextureExampleInput FirstInput{ "The example on port 1", "The plain example on port 2" };
+  surfsynth::TextureExampleInput SecondInput{ "The second example on port 3", "The second plain example on port 4" };
   surfsynth::BlockCache<Texture> Textures;
 };
 
 vtkGeometricTextureFromExample::vtkGeometricTextureFromExample()
   : Impl(std::make_unique<Internals>(this))
 {
-  this->SetNumberOfInputPorts(3);
+  this->SetNumberOfInputPorts(5);
 }
 
 vtkGeometricTextureFromExample::~vtkGeometricTextureFromExample() = default;
@@ -326,6 +257,11 @@ void vtkGeometricTextureFromExample::SetMaskArrayName(const char* name)
   surfsynth::SetString(this, this->MaskArrayName, name);
 }
 
+void vtkGeometricTextureFromExample::SetBlendArrayName(const char* name)
+{
+  surfsynth::SetString(this, this->BlendArrayName, name);
+}
+
 void vtkGeometricTextureFromExample::SetDisplacementArrayName(const char* name)
 {
   surfsynth::SetString(this, this->DisplacementArrayName, name);
@@ -337,7 +273,7 @@ int vtkGeometricTextureFromExample::FillInputPortInformation(int port, vtkInform
   {
     return surfsynth::AcceptBlocks(info, surfsynth::SurfaceToSurface);
   }
-  if (port == 2)
+  if (port >= 2)
   {
     info->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1);
   }
@@ -353,8 +289,10 @@ int vtkGeometricTextureFromExample::RequestDataObject(
 int vtkGeometricTextureFromExample::RequestUpdateExtent(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector*)
 {
-  surfsynth::RequestWhole(inputVector[1]);
-  surfsynth::RequestWhole(inputVector[2]);
+  for (int port = 1; port < 5; ++port)
+  {
+    surfsynth::RequestWhole(inputVector[port]);
+  }
   return 1;
 }
 
@@ -405,6 +343,8 @@ void vtkGeometricTextureFromExample::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "Subdivisions: " << this->Subdivisions << "\n";
   os << indent << "NumberOfScales: " << this->NumberOfScales << "\n";
   os << indent << "SmoothingLength: " << this->SmoothingLength << "\n";
+  os << indent << "SecondSmoothingLength: " << this->SecondSmoothingLength << "\n";
+  os << indent << "BlendArrayName: " << this->BlendArrayName << "\n";
   os << indent << "OrientationArrayName: " << this->OrientationArrayName << "\n";
   os << indent << "ExampleOrientationArrayName: " << this->ExampleOrientationArrayName << "\n";
   os << indent << "SizeArrayName: " << this->SizeArrayName << "\n";

@@ -7,9 +7,9 @@
  * displacements of the target whose patches, pieces of the surface a few features wide, look like those of the example. From
  * coarse scales to fine ones it first matches the distribution of the patches, by sliced Wasserstein distances
  * [Heitz2021], [Elnekave2022], and then replaces each patch by the nearest one of the example, and overlapping patches by
- * their mean [Kwatra2005], [Granot2022], which it stretches until they vary as widely as those of the example. Patches follow
- * geodesics and hold vectors in tangent frames, so that overhangs are followed and the triangulations of example and target do
- * not matter.
+ * their mean, in which patches count less the less they agree [Kwatra2005], [Granot2022]; it stretches the mean until patches
+ * vary as widely as those of the example. Patches follow geodesics and hold vectors in tangent frames, so that overhangs are
+ * followed and the triangulations of example and target do not matter.
  *
  * @par Input
  * Port 0: the target, vtkPolyData with triangles, polygons or strips, of any genus, open or closed; or a composite dataset
@@ -21,6 +21,9 @@
  * @par
  * Port 2, optional: the example without its texture, with the same triangles. Without it that is the smooth form of the
  * example: see SmoothingLength.
+ * @par
+ * Port 3, optional: a second example, for a blend of two textures: see BlendArrayName. Port 4, optional: the second example
+ * without its texture, as on port 2.
  *
  * @par Output
  * A vtkPolyData of triangles with points of the precision of the input's: the target, with each triangle divided into four
@@ -71,6 +74,22 @@ public:
 
   ///@{
   /**
+   * Second example, of port 3.
+   */
+  void SetSecondExampleConnection(vtkAlgorithmOutput* output) { this->SetInputConnection(3, output); }
+  void SetSecondExampleData(vtkDataObject* example) { this->SetInputDataObject(3, example); }
+  ///@}
+
+  ///@{
+  /**
+   * Second example without its texture, of port 4: the same triangles, other points.
+   */
+  void SetSecondPlainExampleConnection(vtkAlgorithmOutput* output) { this->SetInputConnection(4, output); }
+  void SetSecondPlainExampleData(vtkDataObject* example) { this->SetInputDataObject(4, example); }
+  ///@}
+
+  ///@{
+  /**
    * Seed of the random numbers, any integer. Each seed gives a different sample of the texture. Default 0.
    */
   vtkSetMacro(Seed, int);
@@ -99,7 +118,8 @@ public:
   ///@{
   /**
    * Number of scales, 0 to 8: patches of the finest one are 8 mean edges of the example wide, and those of each coarser one
-   * twice as wide. 0, the default, for as many as make the widest patches about three features wide.
+   * twice as wide. 0, the default, for as many as make the widest patches about three features wide; of two examples the
+   * larger of both numbers, as far as patches fit on both.
    */
   vtkSetClampMacro(NumberOfScales, int, 0, 8);
   vtkGetMacro(NumberOfScales, int);
@@ -118,6 +138,26 @@ public:
 
   ///@{
   /**
+   * SmoothingLength of the second example, world units of that example, at least 0; used without port 4. 0, the default, for a tenth of the root of
+   * its area.
+   */
+  vtkSetClampMacro(SecondSmoothingLength, double, 0.0, 1e300);
+  vtkGetMacro(SecondSmoothingLength, double);
+  ///@}
+
+  ///@{
+  /**
+   * Name of a point array of the target with one component, from 0 to 1, the share of the second example: features of the
+   * first at 0, of the second at 1, and between them islands of both, about as wide as a feature, that cover such a share of
+   * the area. Features are mixed and agree where they meet; their heights are not. Must be set with port 3. Default "": one
+   * example.
+   */
+  void SetBlendArrayName(const char* name);
+  vtkGetCharFromStdStringMacro(BlendArrayName);
+  ///@}
+
+  ///@{
+  /**
    * Name of a point array of the target with three components, the direction of the texture: patches are turned so that the
    * direction of ExampleOrientationArrayName comes to lie along it. Parts along normals are left out; where nothing is left,
    * any direction will do. Default "": patches are turned as it happens, for textures that look alike in every direction.
@@ -128,8 +168,8 @@ public:
 
   ///@{
   /**
-   * Name of a point array of the example with three components, the direction of its texture. Must be set with
-   * OrientationArrayName. Default "".
+   * Name of a point array of the example with three components, the direction of its texture; the second example must have it,
+   * too. Must be set with OrientationArrayName. Default "".
    */
   void SetExampleOrientationArrayName(const char* name);
   vtkGetCharFromStdStringMacro(ExampleOrientationArrayName);
@@ -184,7 +224,7 @@ public:
   ///@}
 
   /**
-   * TextureScale of the last update; of the last block of a composite input. 0 before the first.
+   * TextureScale of the last update, for the first example; of the last block of a composite input. 0 before the first.
    */
   double GetTextureScaleUsed() const;
 
@@ -243,6 +283,8 @@ private:
   int Subdivisions = -1;
   int NumberOfScales = 0;
   double SmoothingLength = 0.0;
+  double SecondSmoothingLength = 0.0;
+  std::string BlendArrayName;
   std::string OrientationArrayName;
   std::string ExampleOrientationArrayName;
   std::string SizeArrayName;

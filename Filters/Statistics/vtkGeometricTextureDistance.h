@@ -6,8 +6,8 @@
  * Measures the quality of a synthesized geometric texture, on surfaces of any shape: compares the local neighbourhoods
  * of the triangles of a surface with those of a reference. These are the input of the networks of
  * vtkGeometricTextureSynthesizer [Hertz2020]. Each triangle has 12 features: for each edge its length and the position
- * of the opposite corner of the neighbour across it, in a frame of that edge; across a boundary the neighbour is the
- * triangle itself. The distance is the sliced Wasserstein-1 distance ([Rabin2011], [Bonneel2015]) of the distributions
+ * of the opposite corner of the neighbour across it, in a frame of that edge. Triangles on a boundary do not count,
+ * unless all lie there. The distance is the sliced Wasserstein-1 distance ([Rabin2011], [Bonneel2015]) of the distributions
  * of these features: the mean, over directions in the space of the features, of the mean difference of equal quantiles
  * along the direction. Each triangle counts in the three cyclic orders of its edges.
  *

@@ -174,10 +174,11 @@ void NearestPatchesOfExample(benchmark::State& state, const TriangleMesh& mesh)
   const ExamplePatches::Rows coordinates = scale.Coordinates.transpose().topRows(
     std::min<Eigen::Index>(mesh.NumberOfPoints(), scale.Coordinates.cols()));
   const SingleThreadedBlas blas;
+  const NearestPatches search(scale);
   const auto start = std::chrono::steady_clock::now();
   for ([[maybe_unused]] auto step : state)
   {
-    benchmark::DoNotOptimize(FindNearestPatches(scale, coordinates, 0.1F, {}).data());
+    benchmark::DoNotOptimize(search.Find(coordinates).data());
   }
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   const double pairs = static_cast<double>(coordinates.rows()) * static_cast<double>(scale.Count());

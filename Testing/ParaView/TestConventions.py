@@ -40,7 +40,9 @@ def prototypes():
 
 def inputs_of(prototype):
     return [prototype.GetProperty(name) for name in ("Input", "Reference", "Source", "Samples", "Template", "TemplateMesh",
-                                                     "GivenTemplate", "Target", "Example", "PlainExample") if prototype.GetProperty(name)
+                                                     "GivenTemplate", "Target", "Example", "PlainExample", "SecondExample",
+                                                     "SecondPlainExample")
+            if prototype.GetProperty(name)
             and prototype.GetProperty(name).IsA("vtkSMInputProperty")]
 
 

@@ -52,6 +52,8 @@ FROM_EXAMPLE = {
     "Subdivisions": (-1, 1, 1),
     "NumberOfScales": (0, 2, 2),
     "SmoothingLength": (0.0, 0.3, 0.3),
+    "SecondSmoothingLength": (0.0, 0.4, 0.4),
+    "BlendArrayName": ("", "Mask", "Mask"),
     "OrientationArrayName": ("", "Grain", "Grain"),
     "ExampleOrientationArrayName": ("", "Grain", "Grain"),
     "SizeArrayName": ("", "Mask", "Mask"),
@@ -182,6 +184,14 @@ def textures_from_an_example_are_those_of_the_class():
         assert made.GetProperty("SubdivisionsUsed").GetData() == made.GetProperty("NumberOfScalesUsed").GetData() == 1
         assert made.GetProperty("Mismatch").GetData() == algorithm.GetMismatch() > 0.0
         Delete(made)
+    options["BlendArrayName"] = options.pop("MaskArrayName")
+    blend = GeometricTextureFromExample(Input=source_of(masked_ball()), Example=source_of(example),
+                                        SecondExample=source_of(plain), **options)  # fmt: skip
+    algorithm = vtkGeometricTextureFromExample()
+    algorithm.SetExampleData(example)
+    algorithm.SetSecondExampleData(plain)
+    assert np.array_equal(points_of(output_of(blend)), points_of(made_by(algorithm, masked_ball(), **options)))
+    Delete(blend)
 
 
 def levels_are_blocks():

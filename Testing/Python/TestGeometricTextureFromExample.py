@@ -240,6 +240,31 @@ def test_directions_turn_the_texture():
         assert across > 4.0 * along > 0.0, (way, across, along)
 
 
+def test_a_blend_has_the_features_of_each_example_where_its_share_is_all(tmp_path, monkeypatch, example, flat):
+    given = grid(24, 2.0)
+    mesh = with_arrays(given, Share=(given[0][:, 0] > 1.0).astype(float))
+    low = example[0] * [1.0, 1.0, 0.25], example[1]
+    output = geometric_texture_from_example(mesh, example, second_example=low, blend="Share", subdivisions=0, scales=1, seed=4)
+    displacement = point_array(output, "Displacement")
+    share = point_array(output, "Share")
+    heights = [np.sqrt(np.mean(displacement[share == side] ** 2)) for side in (0.0, 1.0)]
+    assert 0.1 < heights[1] / heights[0] < 0.5, heights
+    monkeypatch.chdir(tmp_path)
+    for name, surface in (("mesh", mesh), ("example", polydata_of(*example)), ("low", polydata_of(*low))):
+        write_mesh(surface, name + ".vtp")
+    words = ["geometric-texture-from-example", "mesh.vtp", "example.vtp", "out.vtp", "--subdivisions", "0", "--scales", "1"]
+    assert main([*words, "--seed", "4", "--second-example", "low.vtp", "--blend", "Share"]) == 0
+    assert np.array_equal(points_of(read_mesh("out.vtp")), points_of(output))
+    both = ["--second-example", "low.vtp", "--blend", "Share", "--second-plain-example", "low.vtp"]
+    for wrong in (["--blend", "Share"], ["--second-example", "low.vtp"], ["--second-smoothing-length", "0.3"],
+                  ["--second-plain-example", "low.vtp"], [*both, "--second-smoothing-length", "0.3"]):  # fmt: skip
+        assert main([*words, *wrong]) == 2
+    flat_one = {"second_example": low, "second_plain_example": low, "blend": "Share"}
+    output = geometric_texture_from_example(mesh, example, flat, subdivisions=0, scales=1, seed=4, **flat_one)
+    lengths = np.linalg.norm(point_array(output, "Displacement"), axis=1)
+    assert lengths[given[0][:, 0] > 1.7].max() < 0.05 * lengths.max(), "an example that is flat"
+
+
 # -- units -------------------------------------------------------------------------------------------------------------
 
 
@@ -275,6 +300,11 @@ def test_a_larger_target_gets_a_larger_texture(target, example, flat, textured):
         ({"smoothing_length": 1.0, "plain_example": icosphere(1)}, ValueError, "of no use with plain_example"),
         ({"orientation": "Way"}, ValueError, "orientation and example_orientation go together"),
         ({"example_orientation": "Way"}, ValueError, "orientation and example_orientation go together"),
+        ({"blend": "Share"}, ValueError, "second_example and blend go together"),
+        ({"second_example": icosphere(1)}, ValueError, "second_example and blend go together"),
+        ({"second_smoothing_length": 1.0}, ValueError, "of no use without second_example"),
+        ({"second_plain_example": icosphere(1)}, ValueError, "of no use without second_example"),
+        ({"second_smoothing_length": -1.0}, ValueError, "second_smoothing_length must be a finite number larger than 0"),
         ({"size": ""}, ValueError, "size must be the name of an array"),
         ({"mask": np.ones(3)}, TypeError, "mask must be a string"),
         ({"strength": -1.0}, ValueError, "strength must be from 0"),

@@ -113,10 +113,21 @@ struct SeenMesh
     this->Mesh.Triangles = mesh.Triangles;
   }
 
-  /// Features of the triangles, as the network gets them.
+  /// Features of the triangles that have three neighbors, as the network gets them; of all where none has.
   EdgeFeatureMatrix EdgeFeatures() const
   {
-    return this->Checked(ComputeEdgeFeatures(this->Mesh.Points.cast<float>(), this->Mesh.Triangles, this->Neighbors));
+    const EdgeFeatureMatrix features = this->Checked(
+      ComputeEdgeFeatures(this->Mesh.Points.cast<float>(), this->Mesh.Triangles, this->Neighbors));
+    std::vector<Eigen::Index> inside;
+    for (Eigen::Index f = 0; f < features.rows(); ++f)
+    {
+      const auto faces = this->Neighbors.Faces.row(f);
+      if (faces(0) != f && faces(1) != f && faces(2) != f)
+      {
+        inside.push_back(f);
+      }
+    }
+    return inside.empty() ? features : EdgeFeatureMatrix(features(inside, Eigen::all));
   }
 
   /// Features of the vertices.

@@ -40,15 +40,15 @@ struct TextureDistance
 ///
 /// Edge features see a triangle and its three neighbors. A triangle with its 12 features (see ComputeEdgeFeatures()), in
 /// each of the three orders of its edges around it, gives three points of R^12. Their distribution does not depend on the
-/// choice of the first corner, and differs from that of a mirror image. For random directions of unit length the points are projected on the direction; the mean of
-/// |a - b| over equal quantiles a, b of both meshes is exact for any numbers of triangles. The distance is its mean
-/// over the directions. For features that differ by one vector s, the same for the three edges, the mean over all
+/// choice of the first corner, and differs from that of a mirror image. Triangles on a boundary do not count, unless all lie
+/// there. For random directions of unit length the points are projected on the direction; the mean of |a - b| over equal
+/// quantiles a, b of both meshes is exact for any numbers of triangles. The distance is its mean over the directions. For features that differ by one vector s, the same for the three edges, the mean over all
 /// directions is Gamma(6) / (sqrt(pi) Gamma(6.5)) |s| = 0.235 |s|.
 ///
 /// Ring features (see ComputeRingFeatures()) of R rings see what is R edges around a vertex: the size, height and spacing of
 /// the features of the surface that are smaller than that. Each vertex whose rings are whole is one point of R^(6 R).
 ///
-/// All triangles, or vertices, have the same weight, as in a convolution. Zero for meshes that differ by a rotation, a
+/// All that count have the same weight, as in a convolution. Zero for meshes that differ by a rotation, a
 /// translation or, with UnitLength 0, a scale, up to single precision. O(P (F log F)) time for P directions and one ring,
 /// O(P V (R + log V)) for R rings; the same bits for every number of threads.
 /// @throws InvalidInput when a mesh has no triangle, an edge has three triangles or more, an option is not in its range

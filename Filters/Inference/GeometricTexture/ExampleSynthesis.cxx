@@ -7,6 +7,7 @@
 #include "Core/Mesh/MidpointSubdivision.h"
 #include "Core/Operators/SurfaceOperators.h"
 #include "Core/Solvers/SingleThreadedBlas.h"
+#include "Inference/GeometricTexture/ExampleBlend.h"
 #include "Inference/GeometricTexture/PatchCenters.h"
 #include "Inference/GeometricTexture/PatchMatching.h"
 #include "Inference/GeometricTexture/TexturePatches.h"
@@ -14,6 +15,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -29,10 +31,13 @@ constexpr double LongestEdge = 1.25;
 /// Patches that cover a point in the mean: at the coarsest scale, the next one, and the others.
 constexpr std::array<double, 3> Coverage = { 93.0, 46.0, 16.0 };
 /// Iterations at these scales.
-constexpr std::array<int, 3> DistributionIterations = { 400, 100, 0 }, NearestIterations = { 6, 6, 3 };
+constexpr std::array<int, 3> DistributionIterations = { 400, 100, 0 }, NearestIterations = { 18, 18, 6 };
 /// Most patches of a scale, 4 GB of samples, and triangles of the finest mesh, about 10 GB with tables.
 constexpr double MostPatches = 1.2e6, MostTriangles = 3e7;
-constexpr std::uint32_t InitialNumbers = 4, CenterNumbers = 5; ///< components of the key, see PatchMatching.cxx
+/// Length that the thresholds of blends are smoothed over, spacings of the coarsest scale: half of the width of a patch.
+constexpr double ThresholdLength = 4.0;
+constexpr std::uint32_t InitialNumbers = 4, CenterNumbers = 5,
+                        ThresholdNumbers = 6; ///< components of the key, see PatchMatching.cxx
 
 [[noreturn]] void Refuse(const std::string& problem) { throw InvalidInput("SynthesizeFromExample: " + problem); }
 
@@ -92,6 +97,33 @@ std::int64_t RequirePatches(double squares, double coverage)
   return static_cast<std::int64_t>(count);
 }
 
+void CheckBlend(
+  const GeometricTextureExample& example, const TriangleMesh& mesh, const ExampleSynthesisRequest& request)
+{
+  if ((request.Second != nullptr) != (request.Blend.size() > 0))
+  {
+    Refuse("only one of a second example and its share is given; both or none are needed.");
+  }
+  if (!request.Second)
+  {
+    return;
+  }
+  if (request.Blend.size() != mesh.NumberOfPoints() ||
+    !(request.Blend.array() >= 0.0F && request.Blend.array() <= 1.0F).all())
+  {
+    Refuse("there are " + std::to_string(request.Blend.size()) +
+      " shares of the second example, or one is not in [0, 1]; one for each of " +
+      std::to_string(mesh.NumberOfPoints()) + " points is needed.");
+  }
+  if (request.Second->Scales().size() != example.Scales().size() ||
+    request.Second->IsOriented() != example.IsOriented())
+  {
+    Refuse("the examples have " + std::to_string(example.Scales().size()) + " and " +
+      std::to_string(request.Second->Scales().size()) +
+      " scales, or only one has directions; the same number, and directions of both or none, are needed.");
+  }
+}
+
 void CheckRequest(
   const GeometricTextureExample& example, const TriangleMesh& mesh, const ExampleSynthesisRequest& request)
 {
@@ -120,6 +152,7 @@ void CheckRequest(
   {
     Refuse("only one of the target and the example has directions; both or none are needed.");
   }
+  CheckBlend(example, mesh, request);
 }
 
 /// Checks sizes before any work: the triangles of the finest mesh, and the patches of the finest scale.
@@ -141,11 +174,15 @@ class Synthesizer
 {
 public:
   Synthesizer(const GeometricTextureExample& example, const TriangleMesh& mesh, const ExampleSynthesisRequest& request)
-    : Example(example)
-    , Request(request)
+    : Request(request)
     , Levels(mesh)
   {
-    const double edge = this->Levels.EdgeLength(0), asked = request.Scale * example.MeanEdgeLength();
+    const double edge = this->Levels.EdgeLength(0);
+    double asked = request.Scale * example.MeanEdgeLength();
+    if (request.Second)
+    {
+      asked = std::min(asked, request.Scale * request.Second->MeanEdgeLength());
+    }
     int subdivisions = request.Subdivisions;
     if (subdivisions < 0)
     {
@@ -157,22 +194,30 @@ public:
     {
       this->Levels.Subdivide();
     }
-    this->Spacing = asked > 0.0 ? asked : this->Levels.EdgeLength(subdivisions);
+    for (const GeometricTextureExample* each : { &example, request.Second })
+    {
+      if (each)
+      {
+        const double spacing = asked > 0.0 ? request.Scale * each->MeanEdgeLength()
+                                           : this->Levels.EdgeLength(subdivisions);
+        this->Sources.push_back({ each, spacing });
+      }
+    }
   }
 
   ExampleSynthesis Run(const Progress& progress)
   {
-    const auto& scales = this->Example.Scales();
-    const int count = static_cast<int>(scales.size());
+    const Source& first = this->Sources.front();
+    const int count = static_cast<int>(first.Example->Scales().size());
     ExampleSynthesis result;
     for (int s = count - 1, step = 0; s >= 0; --s, ++step)
     {
       // Each scale has up to four times the patches of the one before, and fewer iterations.
       const double begin = step == 0 ? 0.0 : 1.0 - std::ldexp(1.0, -step),
                    end = 1.0 - (s > 0 ? std::ldexp(1.0, -step - 1) : 0.0);
-      result.Mismatch = this->RunScale(scales[static_cast<std::size_t>(s)], step, SubProgress(progress, begin, end));
+      result.Mismatch = this->RunScale(static_cast<std::size_t>(s), step, SubProgress(progress, begin, end));
     }
-    result.Scale = this->Spacing / this->Example.MeanEdgeLength();
+    result.Scale = first.Spacing / first.Example->MeanEdgeLength();
     result.Level.Level = this->Levels.Last();
     result.Level.Mesh = this->Levels.Mesh(this->Levels.Last());
     result.Level.Base = result.Level.Mesh.Points;
@@ -188,6 +233,21 @@ public:
   }
 
 private:
+  /// An example and the spacing of its finest grids on the target, world units.
+  struct Source
+  {
+    const GeometricTextureExample* Example;
+    double Spacing;
+
+    double SpacingOf(std::size_t scale) const { return this->Spacing * this->Example->Scales()[scale].Spacing; }
+  };
+  /// Patches of the target that are to look like those of an example.
+  struct SourcePatches
+  {
+    const Source* From;
+    std::unique_ptr<TexturePatches> Patches;
+  };
+
   /// Returns the coarsest level whose edges are short enough for patches of a spacing; else the finest.
   int LevelFor(double spacing) const
   {
@@ -204,45 +264,99 @@ private:
     return { this->Request.Seed, static_cast<std::uint32_t>(step), component, this->Request.Stream };
   }
 
-  double RunScale(const ExamplePatches& scale, int step, const Progress& progress)
+  double RunScale(std::size_t scale, int step, const Progress& progress)
   {
-    const double spacing = this->Spacing * scale.Spacing;
-    const int level = this->LevelFor(spacing);
+    double finest = this->Sources.front().SpacingOf(scale), coarsest = finest;
+    for (const Source& source : this->Sources)
+    {
+      finest = std::min(finest, source.SpacingOf(scale));
+      coarsest = std::max(coarsest, source.SpacingOf(scale));
+    }
+    const int level = this->LevelFor(finest);
     const PatchSurface surface(this->Levels.Mesh(level));
-    const PointMatrix directions = this->Levels.Prolong(this->Request.Directions, 0, level);
-    PatchDistribution distribution;
-    distribution.Spacing = spacing;
-    distribution.Sizes = this->Levels.Prolong(this->Request.Sizes, 0, level);
-    distribution.Directions = directions.rows() > 0 ? &directions : nullptr;
-    distribution.Key = this->Key(step, CenterNumbers);
-    const auto place = static_cast<std::size_t>(std::min(step, 2));
-    const std::int64_t count = RequirePatches(AreaInSquares(surface, distribution), Coverage[place]);
-    const TexturePatches patches(surface, DrawPatchCenters(surface, distribution, count), progress);
-    this->Displacement = step == 0 ? this->Initial(surface, scale, spacing)
+    if (this->Sources.size() > 1)
+    {
+      this->Shares = this->Levels.Prolong(this->Request.Blend, 0, level);
+      this->Thresholds = step == 0
+        ? BlendThresholds(surface, ThresholdLength * coarsest, this->Key(0, ThresholdNumbers))
+        : this->Levels.Prolong(this->Thresholds, this->Present, level);
+    }
+    this->Displacement = step == 0 ? this->Initial(surface, scale)
                                    : this->Levels.Prolong(this->Displacement, this->Present, level);
     this->Present = level;
-    MatchDistribution(patches, scale, this->Key(step, 0), spacing, DistributionIterations[place], this->Displacement,
-      SubProgress(progress, 0.1, 0.5));
-    return MatchNearest(surface, patches, scale, NearestIterations[place], this->Displacement,
-      SubProgress(progress, DistributionIterations[place] > 0 ? 0.5 : 0.1, 1.0));
+    const std::vector<SourcePatches> sets = this->DrawPatches(surface, scale, step, SubProgress(progress, 0.0, 0.1));
+    const auto place = static_cast<std::size_t>(std::min(step, 2));
+    const double middle = DistributionIterations[place] > 0 ? 0.5 : 0.1;
+    std::vector<PatchShare> shares;
+    for (std::size_t k = 0; k < sets.size(); ++k)
+    {
+      const ExamplePatches& patches = sets[k].From->Example->Scales()[scale];
+      const double width = (middle - 0.1) / static_cast<double>(sets.size()),
+                   begin = 0.1 + static_cast<double>(k) * width;
+      MatchDistribution(*sets[k].Patches, patches, this->Key(step, 0), sets[k].From->SpacingOf(scale),
+        DistributionIterations[place], this->Displacement, SubProgress(progress, begin, begin + width));
+      shares.push_back({ *sets[k].Patches, patches });
+    }
+    return MatchNearest(
+      surface, shares, NearestIterations[place], this->Displacement, SubProgress(progress, middle, 1.0));
   }
 
-  /// Returns normal numbers with the mean and the deviation of the heights of the example, along the normals.
-  SinglePoints Initial(const PatchSurface& surface, const ExamplePatches& scale, double spacing) const
+  /// Draws the patches of each example that has some.
+  std::vector<SourcePatches> DrawPatches(
+    const PatchSurface& surface, std::size_t scale, int step, const Progress& progress) const
+  {
+    const PointMatrix directions = this->Levels.Prolong(this->Request.Directions, 0, this->Present);
+    std::vector<SourcePatches> sets;
+    for (std::size_t k = 0; k < this->Sources.size(); ++k)
+    {
+      PatchDistribution distribution;
+      distribution.Spacing = this->Sources[k].SpacingOf(scale);
+      distribution.Sizes = this->Levels.Prolong(this->Request.Sizes, 0, this->Present);
+      distribution.Directions = directions.rows() > 0 ? &directions : nullptr;
+      distribution.Key = this->Key(step, CenterNumbers);
+      const std::int64_t count = RequirePatches(
+        AreaInSquares(surface, distribution), Coverage[static_cast<std::size_t>(std::min(step, 2))]);
+      std::vector<PatchCenter> centers = DrawPatchCenters(surface, distribution, count);
+      if (this->Sources.size() > 1)
+      {
+        centers = CentersOfShare(surface, centers, this->Thresholds, this->Shares, k > 0);
+      }
+      if (!centers.empty())
+      {
+        sets.push_back({ &this->Sources[k], std::make_unique<TexturePatches>(surface, centers, progress) });
+      }
+    }
+    return sets;
+  }
+
+  /// Returns normal numbers with the mean and the deviation of the heights of the examples, along the normals.
+  SinglePoints Initial(const PatchSurface& surface, std::size_t scale) const
   {
     const Index points = surface.Mesh.NumberOfPoints();
-    Eigen::VectorXd heights(points);
-    FillNormals(this->Key(0, InitialNumbers), 0, points, heights.data());
-    heights = spacing * (scale.MeanHeight + scale.HeightDeviation * heights.array());
+    Eigen::VectorXd numbers(points), heights = Eigen::VectorXd::Zero(points);
+    FillNormals(this->Key(0, InitialNumbers), 0, points, numbers.data());
+    for (std::size_t k = 0; k < this->Sources.size(); ++k)
+    {
+      const ExamplePatches& patches = this->Sources[k].Example->Scales()[scale];
+      Eigen::ArrayXd share = Eigen::ArrayXd::Ones(points);
+      if (this->Sources.size() > 1)
+      {
+        share = this->Shares.cast<double>().array();
+        share = k > 0 ? share : 1.0 - share;
+      }
+      heights.array() += share * this->Sources[k].SpacingOf(scale) *
+        (patches.MeanHeight + patches.HeightDeviation * numbers.array());
+    }
     return (heights.asDiagonal() * surface.VertexNormals).cast<float>();
   }
 
-  const GeometricTextureExample& Example;
   const ExampleSynthesisRequest& Request;
   TargetLevels Levels;
-  double Spacing = 0.0;
-  int Present = 0; ///< level of the displacement
+  std::vector<Source> Sources; ///< one or two
+  int Present = 0;             ///< level of the displacement, the thresholds and the shares
   SinglePoints Displacement;
+  Eigen::VectorXf Thresholds; ///< [V] of a blend
+  Eigen::VectorXf Shares;     ///< [V] of the second example
 };
 } // namespace
 

@@ -31,6 +31,10 @@ struct ExampleSynthesisRequest
   Eigen::VectorXf Sizes;    ///< [V] of the target, factors of Scale, above 0; interpolated linearly; empty: 1
   /// [V, 3] of the target, directions along which those of the example come to lie; empty for textures without direction.
   PointMatrix Directions;
+  /// Second example, of as many scales; null for one alone. Must outlive the synthesis.
+  const GeometricTextureExample* Second = nullptr;
+  /// [V] of the target, 0 to 1, the share of the area that looks like the second example; empty without one.
+  Eigen::VectorXf Blend;
 };
 
 /// Ends of the edges whose midpoints each subdivision of a mesh adds, in the order of the new points.
@@ -41,7 +45,7 @@ struct ExampleSynthesis
 {
   SubdivisionParents Parents;  ///< of the subdivisions of the target
   GeometricTextureLevel Level; ///< the target, subdivided and displaced; Level::Level is the number of subdivisions
-  double Scale = 0.0;          ///< that was used
+  double Scale = 0.0;          ///< that was used, for the first example
   double Mismatch = 0.0;       ///< see MatchNearest(), at the finest scale
 };
 
@@ -49,12 +53,18 @@ struct ExampleSynthesis
 /// the coarser one, or with random numbers; at the two coarsest ones the sliced Wasserstein distance of the patches from those
 /// of the example is descended [Elnekave2022]; then each patch is replaced by the nearest one of the example, and the
 /// displacement by the best fit to all patches [Kwatra2005], [Granot2022], several times, and stretched until the patches vary
-/// as widely as those of the example. Linear in the area over the square of the finest spacing; the same bits for every number
+/// as widely as those of the example.
+///
+/// With a second example the features of both are mixed, not their heights: each patch looks like one of one of them, in islands
+/// about as wide as a feature, and overlapping patches agree on what lies between. Where the share of the second is 0
+/// everywhere, the texture is that of the first alone to the last bit.
+///
+/// Linear in the area over the square of the finest spacing; the same bits for every number
 /// of threads.
 /// @param mesh target; its triangles need not be even, but small enough once subdivided
 /// @throws InvalidInput when the mesh has no triangle or does not meet GeometricTextureExample::Requirements(), a value of the
 /// request is out of its range or of a wrong size, directions are given for an example without them or the other way round, the
-/// scale does not fit the mesh, the finest mesh would have too many triangles, or the result is not finite; Cancelled
+/// examples have other numbers of scales, the scale does not fit the mesh, the finest mesh would have too many triangles, or the result is not finite; Cancelled
 ExampleSynthesis SynthesizeFromExample(const GeometricTextureExample& example, const TriangleMesh& mesh,
   const ExampleSynthesisRequest& request, const Progress& progress = {});
 

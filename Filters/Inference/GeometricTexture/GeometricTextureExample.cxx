@@ -26,9 +26,9 @@ namespace
 {
 /// Fraction of the spacing over which the displacement is smoothed twice, as by SmoothedForm().
 constexpr double SmoothingOfSpacing = 0.2;
-/// Patches for a square of the spacing, and bounds of their number.
-constexpr double PatchesOfSquare = 18.0;
-constexpr std::int64_t FewestPatches = 1024, MostPatches = 32768;
+/// Patches for a square of the spacing, with axes along directions and at random, and bounds of their number.
+constexpr double OrientedPatchesOfSquare = 18.0, PatchesOfSquare = 72.0;
+constexpr std::int64_t FewestPatches = 1024, MostPatches = 131072;
 /// Most principal components, and the share of the variance that is enough.
 constexpr Eigen::Index MostComponents = 40;
 constexpr float EnoughVariance = 0.98F;
@@ -38,12 +38,10 @@ constexpr int MostAutomaticScales = 6;
 
 [[noreturn]] void Refuse(const std::string& problem) { throw InvalidInput("GeometricTextureExample: " + problem); }
 
-int AutomaticScales(const TriangleMesh& textured, const TriangleMesh& plain, const PatchSurface& surface)
+/// Returns the number of scales whose widest patches are about so wide, mean edge lengths.
+int ScalesFor(double width)
 {
-  const GeometricTextureFeatures found = MeasureGeometricTextureFeatures(textured, &plain);
-  const double peaks = found.RelativePeakDensity > 0.0 ? 1.0 / std::sqrt(found.RelativePeakDensity) : 10.0;
-  const double widest = std::min(WidthOfPeaks * peaks, 0.5 * std::sqrt(found.Area) / surface.MeanEdgeLength);
-  const double doublings = std::round(std::log2(std::max(1.0, widest / TexturePatches::Side)));
+  const double doublings = std::round(std::log2(std::max(1.0, width / TexturePatches::Side)));
   return std::clamp(1 + static_cast<int>(doublings), 1, MostAutomaticScales);
 }
 
@@ -155,6 +153,14 @@ MeshRequirements GeometricTextureExample::Requirements()
   return requirements;
 }
 
+ExampleScaleCounts CountExampleScales(const TriangleMesh& textured, const TriangleMesh& plain)
+{
+  const GeometricTextureFeatures found = MeasureGeometricTextureFeatures(textured, &plain);
+  const double peaks = found.RelativePeakDensity > 0.0 ? 1.0 / std::sqrt(found.RelativePeakDensity) : 10.0;
+  const double widest = 0.5 * std::sqrt(found.Area) / MeanEdgeLength(plain, MeshTopology(plain));
+  return { ScalesFor(std::min(WidthOfPeaks * peaks, widest)), ScalesFor(widest) };
+}
+
 GeometricTextureExample::GeometricTextureExample(const TriangleMesh& textured, const TriangleMesh& plain,
   const GeometricTextureExampleOptions& options, const Progress& progress)
   : Oriented(options.Directions.rows() > 0)
@@ -181,7 +187,7 @@ GeometricTextureExample::GeometricTextureExample(const TriangleMesh& textured, c
   const PatchSurface surface(plain);
   this->EdgeLength = surface.MeanEdgeLength;
   const PointMatrix displacement = textured.Points - plain.Points;
-  const int scales = options.Scales > 0 ? options.Scales : AutomaticScales(textured, plain, surface);
+  const int scales = options.Scales > 0 ? options.Scales : CountExampleScales(textured, plain).Automatic;
   for (int s = 0; s < scales; ++s)
   {
     const Progress part = SubProgress(progress, static_cast<double>(s) / scales, (s + 1.0) / scales);
@@ -193,8 +199,9 @@ GeometricTextureExample::GeometricTextureExample(const TriangleMesh& textured, c
     distribution.Key.Seed = options.Seed;
     distribution.Key.Sample = static_cast<std::uint32_t>(s);
     const double squares = AreaInSquares(surface, distribution);
+    const double ofSquare = this->Oriented ? OrientedPatchesOfSquare : PatchesOfSquare;
     const auto count = static_cast<std::int64_t>(
-      std::clamp(PatchesOfSquare * squares, static_cast<double>(FewestPatches), static_cast<double>(MostPatches)));
+      std::clamp(ofSquare * squares, static_cast<double>(FewestPatches), static_cast<double>(MostPatches)));
     const TexturePatches patches(
       surface, WithoutMargin(surface, DrawPatchCenters(surface, distribution, count), options.Margin), part);
     scale.Values = ReadPatches(patches, count, s,

@@ -49,6 +49,16 @@ struct ExamplePatches
   std::int64_t Count() const { return this->Values.rows(); }
 };
 
+/// Numbers of scales of an example.
+struct ExampleScaleCounts
+{
+  int Automatic = 1; ///< as many as GeometricTextureExampleOptions::Scales of 0 makes
+  int Most = 1;      ///< as many as make the widest patches no wider than half of the root of the area, at most 6
+};
+
+/// Counts the scales of an example. @param plain the same triangles without texture
+ExampleScaleCounts CountExampleScales(const TriangleMesh& textured, const TriangleMesh& plain);
+
 /// An example of a geometric texture: patches of the difference of a surface and the same one without the texture, at several
 /// scales. At coarser scales the difference is smoothed over about half of the spacing first. Patches lie at random places,
 /// evenly by area, away from the boundary where there is room. Deterministic, the same bits for every number of threads.

@@ -16,98 +16,108 @@ namespace
 {
 /// Patches and patches of the example of a tile: its distances stay in the cache of a core.
 constexpr std::int64_t TileRows = 128, TileColumns = 512;
+constexpr float Infinity = std::numeric_limits<float>::infinity();
+} // namespace
 
-/// Squared distances of a tile.
-class DistanceTile
+/// Weighted squared distances of patches from those of the example, by tiles.
+class NearestPatches::Tiles
 {
 public:
   using Array = Eigen::Array<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-  DistanceTile(const ExamplePatches& example, const ExamplePatches::Rows& coordinates)
-    : Example(example)
-    , Coordinates(coordinates)
-    , Squares(coordinates.rowwise().squaredNorm())
-  {}
+  Tiles(const ExamplePatches::Rows& forms, const ExamplePatches::Rows& coordinates)
+    : Forms(forms)
+    , Patches(coordinates.rows(), coordinates.cols() + 2)
+  {
+    this->Patches << coordinates, coordinates.rowwise().squaredNorm(), Eigen::VectorXf::Ones(coordinates.rows());
+  }
 
-  std::int64_t RowTiles() const { return (this->Coordinates.rows() + TileRows - 1) / TileRows; }
-  std::int64_t ColumnTiles() const { return (this->Example.Count() + TileColumns - 1) / TileColumns; }
+  std::int64_t RowTiles() const { return (this->Patches.rows() + TileRows - 1) / TileRows; }
+  std::int64_t ColumnTiles() const { return (this->Forms.cols() + TileColumns - 1) / TileColumns; }
 
-  /// Computes the distances of a tile, [rows, columns].
+  /// Computes the distances of a tile, [rows, columns]; zero may be a little less by rounding.
   void Compute(std::int64_t rowTile, std::int64_t columnTile, Array& distances) const
   {
     const std::int64_t row = rowTile * TileRows, column = columnTile * TileColumns;
-    const std::int64_t rows = std::min(TileRows, this->Coordinates.rows() - row);
-    const std::int64_t columns = std::min(TileColumns, this->Example.Count() - column);
+    const std::int64_t rows = std::min(TileRows, this->Patches.rows() - row);
+    const std::int64_t columns = std::min(TileColumns, this->Forms.cols() - column);
     distances.resize(rows, columns);
-    MultiplyBlocks({ this->Coordinates.row(row).data(), this->Coordinates.cols() },
-      { this->Example.Coordinates.data() + column, this->Example.Count() }, distances.data(), columns, rows,
-      this->Coordinates.cols(), columns);
-    const auto ofExample = this->Example.Squares.segment(column, columns).transpose().array();
-    for (std::int64_t r = 0; r < rows; ++r)
-    {
-      distances.row(r) = (ofExample - 2.0F * distances.row(r) + this->Squares(row + r)).max(0.0F);
-    }
+    MultiplyBlocks({ this->Patches.row(row).data(), this->Patches.cols() },
+      { this->Forms.data() + column, this->Forms.cols() }, distances.data(), columns, rows, this->Patches.cols(),
+      columns);
   }
 
 private:
-  const ExamplePatches& Example;
-  const ExamplePatches::Rows& Coordinates;
-  Eigen::VectorXf Squares;
+  const ExamplePatches::Rows& Forms;
+  ExamplePatches::Rows Patches; ///< [n, D + 2]
 };
 
-/// Returns 1 / (completeness + smallest distance from any patch) of each patch of the example.
-Eigen::ArrayXf WeightsOfExample(
-  const DistanceTile& tiles, std::int64_t count, float completeness, const Progress& progress)
+NearestPatches::NearestPatches(const ExamplePatches& example)
+  : Example(example)
 {
-  Eigen::ArrayXf weights(count);
+  this->SetWeights(Eigen::ArrayXf::Ones(example.Count()));
+}
+
+void NearestPatches::SetWeights(const Eigen::ArrayXf& weights)
+{
+  const Eigen::Index components = this->Example.Coordinates.rows();
+  this->Forms.resize(components + 2, this->Example.Count());
+  this->Forms.topRows(components) = -2.0F * (this->Example.Coordinates * weights.matrix().asDiagonal());
+  this->Forms.row(components) = weights.transpose();
+  this->Forms.row(components + 1) = (this->Example.Squares.array() * weights).transpose();
+}
+
+void NearestPatches::Prefer(const ExamplePatches::Rows& coordinates, float completeness, const Progress& progress)
+{
+  this->SetWeights(Eigen::ArrayXf::Ones(this->Example.Count()));
+  const Tiles tiles(this->Forms, coordinates);
+  Eigen::ArrayXf weights(this->Example.Count());
   ParallelTasks(
     tiles.ColumnTiles(),
     [&](std::int64_t task) {
-      DistanceTile::Array distances;
-      const std::int64_t first = task * TileColumns, columns = std::min(TileColumns, count - first);
+      Tiles::Array distances;
+      const std::int64_t first = task * TileColumns, columns = std::min(TileColumns, weights.size() - first);
       Eigen::Array<float, 1, Eigen::Dynamic> least = Eigen::Array<float, 1, Eigen::Dynamic>::Constant(
-        columns, std::numeric_limits<float>::infinity());
+        columns, Infinity);
       for (std::int64_t tile = 0; tile < tiles.RowTiles(); ++tile)
       {
         tiles.Compute(tile, task, distances);
-        least = least.min(distances.colwise().minCoeff());
+        for (Eigen::Index r = 0; r < distances.rows(); ++r)
+        {
+          least = least.min(distances.row(r));
+        }
       }
-      weights.segment(first, columns) = (least + completeness).inverse().transpose();
+      weights.segment(first, columns) = (least.max(0.0F) + completeness).inverse().transpose();
     },
     [&] { Report(progress, 0.0); });
-  return weights;
+  this->SetWeights(weights);
 }
-} // namespace
 
-std::vector<Index> FindNearestPatches(
-  const ExamplePatches& example, const ExamplePatches::Rows& coordinates, float completeness, const Progress& progress)
+std::vector<Index> NearestPatches::Find(const ExamplePatches::Rows& coordinates, const Progress& progress) const
 {
-  const DistanceTile tiles(example, coordinates);
-  const Eigen::ArrayXf weights = WeightsOfExample(tiles, example.Count(), completeness, progress);
+  const Tiles tiles(this->Forms, coordinates);
   std::vector<Index> nearest(static_cast<std::size_t>(coordinates.rows()), 0);
   ParallelTasks(
     tiles.RowTiles(),
     [&](std::int64_t task) {
-      DistanceTile::Array distances;
-      std::vector<float> least(static_cast<std::size_t>(TileRows), std::numeric_limits<float>::infinity());
+      Tiles::Array distances;
+      std::vector<float> least(static_cast<std::size_t>(TileRows), Infinity);
       for (std::int64_t tile = 0; tile < tiles.ColumnTiles(); ++tile)
       {
         tiles.Compute(task, tile, distances);
-        const auto ofTile = weights.segment(tile * TileColumns, distances.cols()).transpose();
         for (Eigen::Index r = 0; r < distances.rows(); ++r)
         {
-          distances.row(r) *= ofTile;
-          const float best = distances.row(r).minCoeff();
-          if (best < least[static_cast<std::size_t>(r)])
+          float& best = least[static_cast<std::size_t>(r)];
+          if (distances.row(r).minCoeff() < best)
           {
             Eigen::Index column = 0;
-            least[static_cast<std::size_t>(r)] = distances.row(r).minCoeff(&column);
+            best = distances.row(r).minCoeff(&column);
             nearest[static_cast<std::size_t>(task * TileRows + r)] = static_cast<Index>(tile * TileColumns + column);
           }
         }
       }
     },
-    [&] { Report(progress, 0.5); });
+    [&] { Report(progress, 0.0); });
   return nearest;
 }
 

@@ -13,14 +13,30 @@
 namespace surfsynth
 {
 
-/// Finds for each patch the one of the example with the smallest d / (completeness + m), where d is the squared distance and m the
-/// smallest squared distance of that example patch from any patch [Granot2022]: patches that nothing looks like yet are
-/// preferred, so that all of the example appears. All pairs, in tiles, in parallel; equal ones go to the lowest number.
-/// @param coordinates [n, D] in the basis of @p example
-/// @param completeness above 0; large values prefer nothing
-/// @return [n] numbers of patches of the example
-/// @throws Cancelled
-std::vector<Index> FindNearestPatches(
-  const ExamplePatches& example, const ExamplePatches::Rows& coordinates, float completeness, const Progress& progress);
+/// Search for the patches of an example that are nearest to others: all pairs, in tiles, in parallel.
+class NearestPatches
+{
+public:
+  /// Keeps a reference to @p example.
+  explicit NearestPatches(const ExamplePatches& example);
+
+  /// Divides the squared distances of each patch of the example by @p completeness + m, where m is the smallest one from any of
+  /// these patches [Granot2022]: those that nothing looks like yet are preferred, so that all of the example appears.
+  /// @param coordinates [n, D] in the basis of the example @param completeness above 0; large values prefer nothing
+  /// @throws Cancelled
+  void Prefer(const ExamplePatches::Rows& coordinates, float completeness, const Progress& progress = {});
+
+  /// Returns for each patch the number of the nearest one of the example, [n]; of equal ones the lowest.
+  /// @param coordinates [n, D] @throws Cancelled
+  std::vector<Index> Find(const ExamplePatches::Rows& coordinates, const Progress& progress = {}) const;
+
+private:
+  class Tiles;
+  void SetWeights(const Eigen::ArrayXf& weights);
+
+  const ExamplePatches& Example;
+  /// [D + 2, N]: a row (x, |x|^2, 1) times this is the weighted squared distance of x from each patch of the example.
+  ExamplePatches::Rows Forms;
+};
 
 } // namespace surfsynth

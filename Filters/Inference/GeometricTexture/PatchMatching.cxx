@@ -6,10 +6,12 @@
 #include "Core/Random/CounterUniforms.h"
 #include "Inference/Common/MatrixProduct.h"
 #include "Inference/GeometricTexture/NearestPatches.h"
+#include "Inference/GeometricTexture/PatchFit.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -27,19 +29,14 @@ constexpr std::int64_t BatchSize = 1024, Directions = 32;
 constexpr float FirstStep = 0.05F, LastPart = 0.1F;
 constexpr float FirstDecay = 0.9F, SecondDecay = 0.99F;
 
-/// Weights in a fit, over that of a sample at the center: of the earlier displacement, and of the squared difference of the
-/// displacements at the ends of an edge, for each of its triangles. They count where no patch is.
-constexpr float EarlierWeight = 1e-5F, DifferenceWeight = 3e-3F;
-constexpr int FitIterations = 15;
-/// Power of the weights of the samples in a fit: where patches do not agree, the one with the nearest center prevails, and their
-/// mean blurs less.
-constexpr float FitSharpness = 3.0F;
-/// Completeness over the mean square displacement of the example: see FindNearestPatches().
+/// Power of the differences that a fit descends, and the part of the mean square difference that is added to each.
+constexpr double RobustPower = 0.8, LeastDifference = 0.05;
+/// Completeness over the mean square displacement of the example: see NearestPatches::Prefer().
 constexpr double Completeness = 0.05;
 
 /// Passes that give the patches the deviations of those of the example, bounds of the factors, and the fewest patches whose
 /// deviations say something.
-constexpr int DeviationPasses = 2;
+constexpr int DeviationPasses = 4;
 constexpr float LeastFactor = 0.5F, MostFactor = 2.0F;
 constexpr std::int64_t FewestForDeviations = 256;
 
@@ -201,91 +198,6 @@ private:
   SinglePoints First, Second; ///< means of the gradient and of its square
 };
 
-/// Least-squares fit of displacements to patches.
-class PatchFit
-{
-public:
-  PatchFit(const PatchSurface& surface, const TexturePatches& patches)
-    : Mesh(surface.Mesh)
-    , Weights(PatchWeights().array().pow(FitSharpness))
-    , Products(patches.Products(this->Weights))
-    , Diagonal(Eigen::VectorXf::Constant(surface.Mesh.NumberOfPoints(), EarlierWeight))
-  {
-    this->Products.leftCols<3>().array() += 2.0F * DifferenceWeight;
-    this->Products.rightCols<3>().array() -= DifferenceWeight;
-    for (Index f = 0; f < this->Mesh.NumberOfTriangles(); ++f)
-    {
-      for (int k = 0; k < 3; ++k)
-      {
-        this->Diagonal(this->Mesh.Triangles(f, k)) += this->Products(f, k);
-      }
-    }
-  }
-
-  /// Fits displacements to patches. @param rowOf(p) values of a patch
-  template <typename RowOf>
-  void FitTo(const TexturePatches& patches, const RowOf& rowOf, SinglePoints& displacement) const
-  {
-    SinglePoints sums = SinglePoints::Zero(displacement.rows(), 3);
-    for (std::int64_t p = 0; p < patches.Count(); ++p)
-    {
-      patches.AddWeighted(p, rowOf(p), this->Weights, sums);
-    }
-    this->Solve(sums, displacement);
-  }
-
-private:
-  /// Solves by conjugate gradients, beginning with @p displacement; each column by itself.
-  /// @param sums of TexturePatches::AddWeighted() over all patches
-  void Solve(const SinglePoints& sums, SinglePoints& displacement) const
-  {
-    const SinglePoints rightHandSide = sums + EarlierWeight * displacement;
-    SinglePoints residual = rightHandSide - this->Apply(displacement);
-    SinglePoints direction = this->Divide(residual);
-    Eigen::Array3f projected = Dot(residual, direction);
-    for (int iteration = 0; iteration < FitIterations; ++iteration)
-    {
-      const SinglePoints product = this->Apply(direction);
-      const Eigen::Array3f curvature = Dot(direction, product);
-      const Eigen::Array3f step = (curvature > 0.0F).select(projected / curvature, 0.0F);
-      displacement += direction * step.matrix().asDiagonal();
-      residual -= product * step.matrix().asDiagonal();
-      const SinglePoints conditioned = this->Divide(residual);
-      const Eigen::Array3f next = Dot(residual, conditioned);
-      const Eigen::Array3f ratio = (projected > 0.0F).select(next / projected, 0.0F);
-      direction = conditioned + direction * ratio.matrix().asDiagonal();
-      projected = next;
-    }
-  }
-
-  static Eigen::Array3f Dot(const SinglePoints& a, const SinglePoints& b)
-  {
-    return a.cast<double>().cwiseProduct(b.cast<double>()).colwise().sum().cast<float>().transpose();
-  }
-
-  SinglePoints Divide(const SinglePoints& rows) const { return this->Diagonal.cwiseInverse().asDiagonal() * rows; }
-
-  SinglePoints Apply(const SinglePoints& x) const
-  {
-    SinglePoints y = EarlierWeight * x;
-    for (Index f = 0; f < this->Mesh.NumberOfTriangles(); ++f)
-    {
-      const auto v = this->Mesh.Triangles.row(f);
-      const auto p = this->Products.row(f);
-      const Eigen::RowVector3f a = x.row(v(0)), b = x.row(v(1)), c = x.row(v(2));
-      y.row(v(0)) += p(0) * a + p(3) * b + p(5) * c;
-      y.row(v(1)) += p(3) * a + p(1) * b + p(4) * c;
-      y.row(v(2)) += p(5) * a + p(4) * b + p(2) * c;
-    }
-    return y;
-  }
-
-  const TriangleMesh& Mesh;
-  Eigen::VectorXf Weights;
-  TexturePatches::TriangleProducts Products;
-  Eigen::VectorXf Diagonal;
-};
-
 /// Reads all patches; samples beyond a boundary are those of the patch that was the nearest, or of the mean patch.
 PatchRows ReadCompleted(const TexturePatches& patches, const ExamplePatches& example, const std::vector<Index>& nearest,
   const SinglePoints& displacement)
@@ -306,7 +218,8 @@ PatchRows ReadCompleted(const TexturePatches& patches, const ExamplePatches& exa
   return values;
 }
 
-double RootMeanSquareDifference(
+/// Returns the weighted mean squares of the differences of patches from the nearest ones of the example, [count].
+Eigen::VectorXd SquaredDifferences(
   const PatchRows& values, const ExamplePatches& example, const std::vector<Index>& nearest)
 {
   const Eigen::VectorXf weights = PatchWeights();
@@ -318,9 +231,18 @@ double RootMeanSquareDifference(
       const auto other = example.Values.row(nearest[static_cast<std::size_t>(p)]).segment<3>(3 * k);
       sum += static_cast<double>(weights(k) * (values.row(p).segment<3>(3 * k) - other).squaredNorm());
     }
-    ofPatch(p) = sum;
+    ofPatch(p) = sum / static_cast<double>(weights.sum());
   });
-  return std::sqrt(ofPatch.mean() / static_cast<double>(weights.sum()));
+  return ofPatch;
+}
+
+/// Returns factors of the weights of patches, 1 in the mean, that make a fit to their displacements one of the power
+/// RobustPower of the differences [Kwatra2005].
+Eigen::VectorXf RobustFactors(const Eigen::VectorXd& squares)
+{
+  const double least = std::max(LeastDifference * squares.mean(), std::numeric_limits<double>::min());
+  const Eigen::VectorXd factors = (squares.array() + least).pow(0.5 * RobustPower - 1.0);
+  return (factors / factors.mean()).cast<float>();
 }
 
 /// Returns the standard deviations of columns.
@@ -362,6 +284,67 @@ private:
   Eigen::ArrayXf Asked;
   PatchRows Back; ///< [D, C], displacements of a coordinate
 };
+
+/// Patches of a target and the nearest ones of their example.
+class NearestMatch
+{
+public:
+  explicit NearestMatch(const PatchShare& share)
+    : Share(share)
+    , Search(share.Example)
+    , Deviations(share.Example)
+  {}
+
+  /// Finds the nearest patches.
+  void Find(const SinglePoints& displacement, const Progress& progress)
+  {
+    const ExamplePatches& example = this->Share.Example;
+    const PatchRows values = ReadCompleted(this->Share.Patches, example, this->Nearest, displacement);
+    const PatchRows coordinates = Product(values, example.Basis);
+    const bool first = this->Nearest.empty();
+    if (first)
+    {
+      const double completeness = std::max(Completeness * example.Amplitude * example.Amplitude, 1e-30);
+      this->Search.Prefer(coordinates, static_cast<float>(completeness), SubProgress(progress, 0.0, 0.5));
+    }
+    this->Nearest = this->Search.Find(coordinates, SubProgress(progress, first ? 0.5 : 0.0, 1.0));
+    this->Squares = SquaredDifferences(values, example, this->Nearest);
+  }
+
+  Eigen::VectorXf Factors() const { return RobustFactors(this->Squares); }
+  const float* NearestRow(std::int64_t patch) const
+  {
+    return this->Share.Example.Values.row(this->Nearest[static_cast<std::size_t>(patch)]).data();
+  }
+
+  /// Returns true where the patches are so many that their deviations say something.
+  bool AreMany() const { return this->Share.Patches.Count() >= FewestForDeviations; }
+
+  /// Reads the patches, and stretches them where they are many.
+  PatchRows Stretched(const SinglePoints& displacement) const
+  {
+    PatchRows values = ReadCompleted(this->Share.Patches, this->Share.Example, this->Nearest, displacement);
+    if (this->AreMany())
+    {
+      this->Deviations.Stretch(values);
+    }
+    return values;
+  }
+
+  /// Root of the mean square difference from the nearest patches, over the amplitude of the example.
+  double Mismatch() const
+  {
+    const double amplitude = this->Share.Example.Amplitude;
+    return amplitude > 0.0 && this->Squares.size() > 0 ? std::sqrt(this->Squares.mean()) / amplitude : 0.0;
+  }
+
+private:
+  PatchShare Share;
+  NearestPatches Search;
+  DeviationMatch Deviations;
+  std::vector<Index> Nearest;
+  Eigen::VectorXd Squares; ///< [count], of the differences
+};
 } // namespace
 
 void MatchDistribution(const TexturePatches& patches, const ExamplePatches& example, const NormalKey& key,
@@ -377,37 +360,42 @@ void MatchDistribution(const TexturePatches& patches, const ExamplePatches& exam
   }
 }
 
-double MatchNearest(const PatchSurface& surface, const TexturePatches& patches, const ExamplePatches& example,
-  int iterations, SinglePoints& displacement, const Progress& progress)
+double MatchNearest(const PatchSurface& surface, const std::vector<PatchShare>& shares, int iterations,
+  SinglePoints& displacement, const Progress& progress)
 {
-  const PatchFit fit(surface, patches);
-  const auto completeness = static_cast<float>(std::max(Completeness * example.Amplitude * example.Amplitude, 1e-30));
-  std::vector<Index> nearest;
-  double difference = 0.0;
+  std::vector<NearestMatch> matches(shares.begin(), shares.end());
+  std::vector<const TexturePatches*> sets;
+  std::transform(
+    shares.begin(), shares.end(), std::back_inserter(sets), [](const PatchShare& s) { return &s.Patches; });
+  PatchFit fit(surface.Mesh, sets);
   const int steps = iterations + DeviationPasses;
   for (int iteration = 0; iteration < iterations; ++iteration)
   {
-    const Progress part = SubProgress(progress, static_cast<double>(iteration) / steps, (iteration + 1.0) / steps);
-    const PatchRows values = ReadCompleted(patches, example, nearest, displacement);
-    nearest = FindNearestPatches(example, Product(values, example.Basis), completeness, part);
-    difference = RootMeanSquareDifference(values, example, nearest);
-    fit.FitTo(
-      patches, [&](std::int64_t p) { return example.Values.row(nearest[static_cast<std::size_t>(p)]).data(); },
-      displacement);
-  }
-  if (patches.Count() >= FewestForDeviations)
-  {
-    const DeviationMatch match(example);
-    for (int pass = 0; pass < DeviationPasses; ++pass)
+    std::vector<Eigen::VectorXf> factors;
+    for (std::size_t k = 0; k < matches.size(); ++k)
     {
-      Report(progress, static_cast<double>(iterations + pass) / steps);
-      PatchRows values = ReadCompleted(patches, example, nearest, displacement);
-      match.Stretch(values);
-      fit.FitTo(
-        patches, [&](std::int64_t p) { return values.row(p).data(); }, displacement);
+      const double begin = iteration + static_cast<double>(k) / static_cast<double>(matches.size());
+      matches[k].Find(displacement, SubProgress(progress, begin / steps, (iteration + 1.0) / steps));
+      factors.push_back(matches[k].Factors());
     }
+    fit.Weigh(std::move(factors));
+    fit.Fit([&](std::size_t k, std::int64_t p) { return matches[k].NearestRow(p); }, displacement);
   }
-  return example.Amplitude > 0.0 ? difference / example.Amplitude : 0.0;
+  const bool areMany = std::any_of(matches.begin(), matches.end(), [](const NearestMatch& m) { return m.AreMany(); });
+  for (int pass = 0; areMany && pass < DeviationPasses; ++pass)
+  {
+    Report(progress, static_cast<double>(iterations + pass) / steps);
+    std::vector<PatchRows> values;
+    std::transform(matches.begin(), matches.end(), std::back_inserter(values),
+      [&](const NearestMatch& match) { return match.Stretched(displacement); });
+    fit.Fit([&](std::size_t k, std::int64_t p) { return values[k].row(p).data(); }, displacement);
+  }
+  double mismatch = 0.0;
+  for (const NearestMatch& match : matches)
+  {
+    mismatch = std::max(mismatch, match.Mismatch());
+  }
+  return mismatch;
 }
 
 } // namespace surfsynth

@@ -8,6 +8,8 @@
 #include "Inference/GeometricTexture/GeometricTextureExample.h"
 #include "Inference/GeometricTexture/TexturePatches.h"
 
+#include <vector>
+
 namespace surfsynth
 {
 
@@ -18,13 +20,21 @@ namespace surfsynth
 void MatchDistribution(const TexturePatches& patches, const ExamplePatches& example, const NormalKey& key,
   double spacing, int iterations, SinglePoints& displacement, const Progress& progress);
 
-/// Replaces each patch by the nearest one of the example, and the displacements by those that fit all patches best in the
-/// least-squares sense, @p iterations times; then stretches them until the patches deviate from their mean as widely as those of
-/// the example along its principal components. Samples beyond a boundary are those of the patch that was the nearest before.
+/// Patches of a target that are to look like those of an example.
+struct PatchShare
+{
+  const TexturePatches& Patches; ///< at least one
+  const ExamplePatches& Example;
+};
+
+/// Replaces each patch by the nearest one of its example, and the displacements by those that fit all patches best, @p iterations
+/// times: in a power below 2 of the differences, by weights of patches that are smaller the less a patch agrees [Kwatra2005].
+/// Then stretches them until the patches deviate from their mean as widely as those of the example along its principal
+/// components. Samples beyond a boundary are those of the patch that was the nearest before.
 /// @return the root of the weighted mean square difference of the last patches from the nearest ones, over the amplitude of the
-/// example.
+/// example; the largest of the shares
 /// @throws Cancelled
-double MatchNearest(const PatchSurface& surface, const TexturePatches& patches, const ExamplePatches& example,
-  int iterations, SinglePoints& displacement, const Progress& progress);
+double MatchNearest(const PatchSurface& surface, const std::vector<PatchShare>& shares, int iterations,
+  SinglePoints& displacement, const Progress& progress);
 
 } // namespace surfsynth

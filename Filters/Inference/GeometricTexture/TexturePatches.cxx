@@ -125,7 +125,8 @@ void TexturePatches::AddTransposed(std::int64_t patch, const float* values, Sing
   }
 }
 
-TexturePatches::TriangleProducts TexturePatches::Products(const Eigen::VectorXf& weights) const
+TexturePatches::TriangleProducts TexturePatches::Products(
+  const Eigen::VectorXf& weights, const Eigen::VectorXf& factors) const
 {
   TriangleProducts products = TriangleProducts::Zero(this->Surface.Mesh.NumberOfTriangles(), 6);
   for (std::size_t s = 0; s < this->Places.size(); ++s)
@@ -134,7 +135,8 @@ TexturePatches::TriangleProducts TexturePatches::Products(const Eigen::VectorXf&
     if (sample.IsInside)
     {
       const Eigen::Vector3f b(sample.Weights[0], sample.Weights[1], 1.0F - sample.Weights[0] - sample.Weights[1]);
-      const float weight = weights(static_cast<Eigen::Index>(s % Samples));
+      const float weight = factors(static_cast<Eigen::Index>(s / Samples)) *
+        weights(static_cast<Eigen::Index>(s % Samples));
       auto row = products.row(sample.Triangle);
       row.head<3>() += weight * b.cwiseAbs2().transpose();
       row.tail<3>() += weight * Eigen::RowVector3f(b(0) * b(1), b(1) * b(2), b(2) * b(0));
@@ -143,16 +145,16 @@ TexturePatches::TriangleProducts TexturePatches::Products(const Eigen::VectorXf&
   return products;
 }
 
-void TexturePatches::AddWeighted(
-  std::int64_t patch, const float* values, const Eigen::VectorXf& weights, SinglePoints& rightHandSide) const
+void TexturePatches::AddWeighted(std::int64_t patch, const float* values, const Eigen::VectorXf& weights, float factor,
+  SinglePoints& rightHandSide) const
 {
-  const float spacing = this->Spacings[static_cast<std::size_t>(patch)];
+  const float ofValues = factor * this->Spacings[static_cast<std::size_t>(patch)];
   for (int k = 0; k < Samples; ++k)
   {
     const Sample& sample = this->At(patch, k);
     if (sample.IsInside)
     {
-      this->AddAtCorners(sample, weights(k) * spacing, values + 3 * k, rightHandSide);
+      this->AddAtCorners(sample, weights(k) * ofValues, values + 3 * k, rightHandSide);
     }
   }
 }

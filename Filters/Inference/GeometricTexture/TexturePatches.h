@@ -75,12 +75,12 @@ public:
   /// Sums over samples for the fit of displacements to values: for each triangle the weighted products of the barycentric
   /// coordinates (00, 11, 22, 01, 12, 20).
   using TriangleProducts = Eigen::Matrix<float, Eigen::Dynamic, 6, Eigen::RowMajor>;
-  /// Returns these sums over all samples inside. @param weights [Samples]
-  TriangleProducts Products(const Eigen::VectorXf& weights) const;
+  /// Returns these sums over all samples inside. @param weights [Samples] @param factors [Count()], of the weights
+  TriangleProducts Products(const Eigen::VectorXf& weights, const Eigen::VectorXf& factors) const;
   /// Adds the right-hand side of the fit: weight times barycentric coordinate times the values as vectors in space, world
-  /// units, of all samples of a patch inside.
-  void AddWeighted(
-    std::int64_t patch, const float* values, const Eigen::VectorXf& weights, SinglePoints& rightHandSide) const;
+  /// units, of all samples of a patch inside. @param factor of the weights
+  void AddWeighted(std::int64_t patch, const float* values, const Eigen::VectorXf& weights, float factor,
+    SinglePoints& rightHandSide) const;
 
 private:
   struct Sample

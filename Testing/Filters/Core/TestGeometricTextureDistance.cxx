@@ -137,6 +137,19 @@ TEST(TextureDistance, DoesNotDependOnNumbersOfTrianglesAndCorners)
   EXPECT_LT(Distance(test::Join(mesh, test::Translated(mesh, { 5.0, 0.0, 0.0 })), mesh), 1e-5);
 }
 
+TEST(TextureDistance, TrianglesOnABoundaryDoNotCount)
+{
+  // Inside, planes of equal triangles look alike, however much of them a boundary cuts.
+  GeometricTextureDistanceOptions options;
+  options.UnitLength = 1.0 / 12.0;
+  options.ReferenceUnitLength = 1.0 / 4.0;
+  EXPECT_NEAR(Distance(test::PlanePatch(12, 12), test::PlanePatch(4, 4), options), 0.0, 1e-5);
+  options = {};
+  const TriangleMesh triangle = test::SingleTriangle();
+  EXPECT_EQ(Distance(triangle, triangle), 0.0) << "all lie on the boundary";
+  EXPECT_GT(Distance(triangle, test::PlanePatch(4, 4)), 0.01) << "and count";
+}
+
 TEST(TextureDistance, IsSymmetricAndTellsAMirrorImage)
 {
   const TriangleMesh mesh = Roughened(test::Icosphere(3), 0.05, 4);

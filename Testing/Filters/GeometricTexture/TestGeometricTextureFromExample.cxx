@@ -127,6 +127,7 @@ TEST(GeometricTextureFromExample, UnchangedParametersCostNoExecutionAndEachChang
     { "NumberOfScales", [](Filter* f) { f->SetNumberOfScales(2); } },
     { "SmoothingLength", [](Filter* f) { f->SetSmoothingLength(0.3); } },
     { "SizeArrayName", [](Filter* f) { f->SetSizeArrayName("Mask"); } },
+    { "SecondSmoothingLength", [](Filter* f) { f->SetSecondSmoothingLength(0.3); } },
     { "MaskArrayName", [](Filter* f) { f->SetMaskArrayName("Mask"); } },
     { "Strength", [](Filter* f) { f->SetStrength(1.5); } },
 #ifdef SURFACE_SYNTHESIS_CGAL
@@ -158,6 +159,35 @@ TEST(GeometricTextureFromExample, WhatIsTheSameIsNotSynthesizedAgain)
   }
   EXPECT_EQ(SynthesesOf(filter, [](Filter* f) { f->SetSeed(1); }), 1);
   EXPECT_EQ(SynthesesOf(filter, [](Filter* f) { f->SetNumberOfScales(2); }), 1) << "another example";
+}
+
+TEST(GeometricTextureFromExample, BlendsNeedTwoExamplesAndAnArray)
+{
+  const auto target = Icosphere(2).ToPolyData();
+  AddPointField(target, "Share", [](const double* p) { return p[2] > 0.0 ? 1.0 : 0.0; });
+  AddPointField(target, "Percent", [](const double*) { return 100.0; });
+  const auto filter = FilterOn(target);
+  filter->SetBlendArrayName("Share");
+  EXPECT_THAT(ErrorOf(filter), HasSubstr("BlendArrayName is set, but there is no second example on port 3"));
+  const Example second;
+  filter->SetSecondExampleData(second.Textured);
+  EXPECT_EQ(SynthesesOf(filter, [](Filter*) {}), 1);
+  EXPECT_EQ(SynthesesOf(filter, [](Filter* f) { f->SetStrength(2.0); }), 0);
+  EXPECT_EQ(SynthesesOf(filter, [](Filter* f) { f->SetSecondSmoothingLength(0.5); }), 1) << "another second example";
+  EXPECT_EQ(SynthesesOf(filter, [&](Filter* f) { f->SetSecondPlainExampleData(second.Plain); }), 1);
+  filter->SetSecondPlainExampleData(Icosphere(3).ToPolyData());
+  EXPECT_THAT(ErrorOf(filter), HasSubstr("The second plain example on port 4 has "));
+  filter->SetSecondPlainExampleConnection(nullptr);
+  filter->SetBlendArrayName("");
+  EXPECT_THAT(ErrorOf(filter), HasSubstr("There is a second example on port 3, but BlendArrayName is empty"));
+  filter->SetBlendArrayName("Percent");
+  EXPECT_THAT(ErrorOf(filter), HasSubstr("The blend array \"Percent\""));
+  filter->SetBlendArrayName("Share");
+  vtkNew<vtkPolyData> empty;
+  filter->SetSecondExampleData(empty);
+  EXPECT_THAT(ErrorOf(filter), HasSubstr("The second example on port 3 is empty"));
+  filter->SetSecondExampleConnection(nullptr);
+  EXPECT_EQ(SynthesesOf(filter, [](Filter* f) { f->SetBlendArrayName(""); }), 1);
 }
 
 TEST(GeometricTextureFromExample, BitsDoNotDependOnThreads)

@@ -9,6 +9,7 @@
 #include "Core/Operators/SurfaceOperators.h"
 #include "Core/Random/CounterNormals.h"
 #include "Core/Statistics/GeometricTextureFeatures.h"
+#include "Inference/GeometricTexture/ExampleBlend.h"
 #include "Inference/GeometricTexture/ExampleSynthesis.h"
 #include "Inference/GeometricTexture/GeometricTextureExample.h"
 #include "Inference/GeometricTexture/NearestPatches.h"
@@ -20,6 +21,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <string>
 #include <vector>
 
 using namespace surfsynth;
@@ -116,7 +118,10 @@ TEST(ExampleSynthesis, NearestPatchesAreThoseOfAllPairs)
   const ExamplePatches::Rows coordinates = scale.Coordinates.leftCols(rows).transpose() +
     0.05F * scale.Coordinates.middleCols(500, rows).transpose();
   const float completeness = 0.01F;
-  const std::vector<Index> found = FindNearestPatches(scale, coordinates, completeness, {});
+  NearestPatches search(scale);
+  const std::vector<Index> nearest = search.Find(coordinates);
+  search.Prefer(coordinates, completeness);
+  const std::vector<Index> found = search.Find(coordinates);
   Eigen::ArrayXXd distances(rows, patches);
   for (Index r = 0; r < rows; ++r)
   {
@@ -129,6 +134,7 @@ TEST(ExampleSynthesis, NearestPatchesAreThoseOfAllPairs)
   {
     const Eigen::ArrayXd scores = distances.row(r).transpose() / (least + static_cast<double>(completeness));
     EXPECT_NEAR(scores(found[static_cast<std::size_t>(r)]), scores.minCoeff(), 1e-3 * scores.minCoeff() + 1e-4) << r;
+    EXPECT_NEAR(distances(r, nearest[static_cast<std::size_t>(r)]), distances.row(r).minCoeff(), 1e-4) << r;
   }
 }
 
@@ -281,6 +287,52 @@ TEST(ExampleSynthesis, SizesChangeTheNumberOfFeatures)
   EXPECT_NEAR(std::sqrt(ratio), 1.5, 0.15 * 1.5);
 }
 
+TEST(ExampleSynthesis, ThresholdsOfABlendAreEvenlyDistributed)
+{
+  // The same on a mesh that is coarse on one half: white noise of the surface, not of the vertices.
+  const TriangleMesh ball = test::Icosphere(5);
+  const TriangleMesh uneven = test::RefineWhere(test::Icosphere(4), [](Index f) { return f % 20 < 10; });
+  for (const TriangleMesh* mesh : { &ball, &uneven })
+  {
+    const Eigen::VectorXf thresholds = BlendThresholds(PatchSurface(*mesh), 0.3, { 5 });
+    const Eigen::VectorXd mass = LumpedMass(*mesh) / LumpedMass(*mesh).sum();
+    EXPECT_GT(thresholds.minCoeff(), 0.0F);
+    EXPECT_LT(thresholds.maxCoeff(), 1.0F);
+    for (const float share : { 0.25F, 0.5F, 0.75F })
+    {
+      const double found = (thresholds.array() < share).cast<double>().matrix().dot(mass);
+      EXPECT_NEAR(found, static_cast<double>(share), 0.1);
+    }
+  }
+}
+
+TEST(ExampleSynthesis, ABlendIsEachExampleWhereItsShareIsAll)
+{
+  const TriangleMesh target = test::Icosphere(2);
+  const GeometricTextureExample low(Raised(Plain(), [](const Eigen::Vector3d& p) { return 0.25 * Bump(p); }), Plain());
+  ASSERT_EQ(low.Scales().size(), Bumps().Scales().size());
+  ExampleSynthesisRequest request = OnceDivided();
+  const PointMatrix first = SynthesizeFromExample(Bumps(), target, request).Level.Displacement;
+  const PointMatrix second = SynthesizeFromExample(low, target, request).Level.Displacement;
+  request.Second = &low;
+  request.Blend = Eigen::VectorXf::Zero(target.NumberOfPoints());
+  EXPECT_EQ(SynthesizeFromExample(Bumps(), target, request).Level.Displacement, first) << "to the last bit";
+  request.Blend.setOnes();
+  EXPECT_EQ(SynthesizeFromExample(Bumps(), target, request).Level.Displacement, second) << "to the last bit";
+  for (Index v = 0; v < target.NumberOfPoints(); ++v)
+  {
+    request.Blend(v) = target.Points(v, 2) > 0.0 ? 1.0F : 0.0F;
+  }
+  const ExampleSynthesis halves = SynthesizeFromExample(Bumps(), target, request);
+  double high = 0.0, flat = 0.0;
+  for (Index v = 0; v < halves.Level.Base.rows(); ++v)
+  {
+    const double z = halves.Level.Base(v, 2);
+    (z < 0.0 ? high : flat) += std::abs(z) > 0.4 ? halves.Level.Displacement.row(v).squaredNorm() : 0.0;
+  }
+  EXPECT_NEAR(std::sqrt(flat / high), 0.25, 0.08) << "bumps of the second are a quarter as high";
+}
+
 TEST(ExampleSynthesis, FaultsAreNamed)
 {
   const TriangleMesh target = test::Icosphere(2);
@@ -298,6 +350,21 @@ TEST(ExampleSynthesis, FaultsAreNamed)
   EXPECT_THAT(MessageOf([&] { SynthesizeFromExample(Bumps(), test::Icosphere(5), request); }),
     HasSubstr("Fewer subdivisions, a larger scale or a coarser target are needed"))
     << "before any work";
+  request = OnceDivided();
+  request.Blend = Eigen::VectorXf::Zero(target.NumberOfPoints());
+  EXPECT_THAT(
+    MessageOf([&] { SynthesizeFromExample(Bumps(), target, request); }), HasSubstr("both or none are needed"));
+  request.Second = &Bumps();
+  request.Blend(3) = 1.5F;
+  EXPECT_THAT(MessageOf([&] { SynthesizeFromExample(Bumps(), target, request); }), HasSubstr("is not in [0, 1]"));
+  request.Blend(3) = 1.0F;
+  const TriangleMesh small = test::Icosphere(3);
+  GeometricTextureExampleOptions more;
+  more.Scales = static_cast<int>(Bumps().Scales().size()) + 1;
+  const GeometricTextureExample coarser(small, small, more);
+  request.Second = &coarser;
+  EXPECT_THAT(MessageOf([&] { SynthesizeFromExample(Bumps(), target, request); }),
+    HasSubstr("and " + std::to_string(more.Scales) + " scales"));
   request = OnceDivided();
   request.Sizes = Eigen::VectorXf::Zero(target.NumberOfPoints());
   EXPECT_THAT(MessageOf([&] { SynthesizeFromExample(Bumps(), target, request); }), HasSubstr("sizes"));

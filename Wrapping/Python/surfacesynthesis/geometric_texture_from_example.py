@@ -35,6 +35,10 @@ def geometric_texture_from_example(
     printable=False,
     displacement_name="Displacement",
     progress=None,
+    second_example=None,
+    second_plain_example=None,
+    second_smoothing_length=None,
+    blend=None,
 ):
     """Synthesizes the geometric texture of an example surface on another, without a training.
 
@@ -42,8 +46,8 @@ def geometric_texture_from_example(
     matched to that of the example by sliced Wasserstein distances (Heitz et al., "A Sliced Wasserstein Loss for Neural Texture
     Synthesis", 2021; Elnekave and Weiss, "Generating Natural Images with Direct Patch Distributions Matching", 2022). Then the
     nearest patch of the example replaces each one, and their mean overlapping ones (Kwatra et al., "Texture Optimization for
-    Example-based Synthesis", 2005; Granot et al., "Drop the GAN", 2022), stretched until they vary as widely as those of the
-    example. The same seed gives the same bits for every number of threads.
+    Example-based Synthesis", 2005; Granot et al., "Drop the GAN", 2022), in which patches count less the less they agree, and
+    which is stretched until patches vary as widely as those of the example. The same seed gives the same bits for every number of threads.
 
     Parameters
     ----------
@@ -68,7 +72,8 @@ def geometric_texture_from_example(
         else as many as make edges nearly as long as those of the example at that scale.
     scales : int, optional
         Number of scales, 1 to 8: patches of the finest one are 8 mean edges of the example wide, and those of each coarser one
-        twice as wide. Default: as many as make the widest patches about three features wide.
+        twice as wide. Default: as many as make the widest patches about three features wide; of two examples the larger of both
+        numbers, as far as patches fit on both.
     smoothing_length : float, optional
         Length of the smoothing that takes the texture off the example, world units of the example, above 0 to 1e300; not with
         ``plain_example``. Waves of this length or shorter are texture: 5 % of them stay in the form, and 94 % of waves ten
@@ -79,7 +84,8 @@ def geometric_texture_from_example(
         the direction of ``example_orientation`` comes to lie along it. Default: patches are turned as it happens, for textures
         that look alike in every direction.
     example_orientation : str, optional
-        Name of a point array of the example with three components, the direction of its texture; goes with ``orientation``.
+        Name of a point array of the examples with three components, the direction of their texture; goes with
+        ``orientation``.
     size : str, optional
         Name of a point array of the target with one component, from 0.1 to 10, that multiplies the size of the texture from
         place to place. Default: one size.
@@ -96,6 +102,16 @@ def geometric_texture_from_example(
         Name of the point array with the displacement of each point. Default "Displacement".
     progress : callable, optional
         Called with a fraction in [0, 1] that never decreases; when it returns False, the work stops.
+    second_example : vtkPolyData or pair (points, triangles), optional
+        A second example, for a blend of two textures; goes with ``blend``. Never modified. Default: one example.
+    second_plain_example : vtkPolyData or pair (points, triangles), optional
+        The second example without its texture: the same triangles, other points. Never modified. Default: its smooth form.
+    second_smoothing_length : float, optional
+        The ``smoothing_length`` of the second example, world units of that example; not with ``second_plain_example``. Default: a tenth of the root of its area.
+    blend : str, optional
+        Name of a point array of the target with one component, from 0 to 1, the share of the second example: features of the
+        first at 0, of the second at 1, and between them islands of both, about as wide as a feature, that cover such a share of
+        the area. Features are mixed and agree where they meet; their heights are not.
 
     Returns
     -------
@@ -132,10 +148,12 @@ def geometric_texture_from_example(
         strength=strength,
         printable=printable,
         displacement_name=displacement_name,
+        second_smoothing_length=second_smoothing_length,
+        blend=blend,
     )
     progress_callback(progress)
     dataset = given_dataset(mesh)
-    give_examples(algorithm, example, plain_example)
+    give_examples(algorithm, example, plain_example, second_example, second_plain_example)
     output, remarks = apply_filter(algorithm, dataset, progress)
     for text in remarks:
         warnings.warn(text, SurfaceSynthesisWarning, stacklevel=2)
@@ -159,6 +177,8 @@ def configured_filter(
     strength=1.0,
     printable=False,
     displacement_name="Displacement",
+    second_smoothing_length=None,
+    blend=None,
 ):
     """A vtkGeometricTextureFromExample with the parameters of geometric_texture_from_example(), which raises TypeError and
     ValueError."""
@@ -170,9 +190,12 @@ def configured_filter(
         algorithm.SetSubdivisions(integer("subdivisions", subdivisions, 0, _MOST_SUBDIVISIONS))
     if scales is not None:
         algorithm.SetNumberOfScales(integer("scales", scales, 1, _MOST_SCALES))
-    if smoothing_length is not None:
-        length = positive("smoothing_length", smoothing_length)
-        algorithm.SetSmoothingLength(at_most("smoothing_length", length, _LARGEST_LENGTH))
+    for keyword, length, setter in (
+        ("smoothing_length", smoothing_length, algorithm.SetSmoothingLength),
+        ("second_smoothing_length", second_smoothing_length, algorithm.SetSecondSmoothingLength),
+    ):
+        if length is not None:
+            setter(at_most(keyword, positive(keyword, length), _LARGEST_LENGTH))
     if (orientation is None) != (example_orientation is None):
         raise ValueError("orientation and example_orientation go together: point arrays of the target and of the example")
     for keyword, given, setter in (
@@ -180,6 +203,7 @@ def configured_filter(
         ("example_orientation", example_orientation, algorithm.SetExampleOrientationArrayName),
         ("size", size, algorithm.SetSizeArrayName),
         ("mask", mask, algorithm.SetMaskArrayName),
+        ("blend", blend, algorithm.SetBlendArrayName),
     ):
         if given is not None:
             setter(array_name(keyword, given))
@@ -189,12 +213,25 @@ def configured_filter(
     return algorithm
 
 
-def give_examples(algorithm, example, plain_example=None):
-    """Makes surfaces, which stay untouched, the example and the plain example of a vtkGeometricTextureFromExample."""
+def give_examples(algorithm, example, plain_example=None, second_example=None, second_plain_example=None):
+    """Makes surfaces, which stay untouched, the examples of a vtkGeometricTextureFromExample."""
     if plain_example is not None and algorithm.GetSmoothingLength() > 0:
         raise ValueError("smoothing_length is of no use with plain_example, which is the example without its texture")
-    given = [("example", example)] + ([] if plain_example is None else [("plain_example", plain_example)])
-    for port, (keyword, surface) in enumerate(given, 1):
+    if (second_example is None) != (not algorithm.GetBlendArrayName()):
+        raise ValueError("second_example and blend go together: an example and the point array of the target with its share")
+    if second_plain_example is not None and algorithm.GetSecondSmoothingLength() > 0:
+        raise ValueError("second_smoothing_length is of no use with second_plain_example")
+    if second_example is None and (second_plain_example is not None or algorithm.GetSecondSmoothingLength() > 0):
+        raise ValueError("second_plain_example and second_smoothing_length are of no use without second_example")
+    given = {
+        "example": example,
+        "plain_example": plain_example,
+        "second_example": second_example,
+        "second_plain_example": second_plain_example,
+    }
+    for port, (keyword, surface) in enumerate(given.items(), 1):
+        if surface is None and keyword != "example":
+            continue
         copy = vtkPolyData()  # what pipelines leave on their inputs goes to this copy
         copy.ShallowCopy(_surface(keyword, surface))
         algorithm.SetInputDataObject(port, copy)

@@ -30,6 +30,8 @@ SYNONYMS = {
     "references": ({"ReferenceFileName"}, "as surfaces or as files"),
     "scale": ({"TextureScale"}, "the only scale of a texture"),
     "schedule": ({"LearningRateSchedule"}, "only the learning rate has one"),
+    "second_example": ({"SecondExampleData"}, "a second example, for a blend"),
+    "second_plain_example": ({"SecondPlainExampleData"}, "the second example without its texture"),
     "self_intersections": ({"RemoveSelfIntersections"}, "a repair removes them"),
     "surface_samples": ({"Samples"}, "samples are those of an ensemble"),
     "template": ({"Template", "TemplateData"}, "the mesh that stands for a shape"),

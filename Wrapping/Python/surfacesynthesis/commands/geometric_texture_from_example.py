@@ -30,6 +30,7 @@ examples:
   %(prog)s bunny.ply scan.ply printed.stl --printable
   %(prog)s bunny.ply scan.ply large.vtp --texture-scale 2 --subdivisions 1
   %(prog)s horn.vtp bark.vtp grown.vtp --orientation Growth --example-orientation Growth --mask Grown
+  %(prog)s horn.vtp bark.vtp mixed.vtp --second-example scan.ply --blend Grown
 """
 
 
@@ -86,6 +87,20 @@ def _add_texture_options(texture):
     )
     texture.add_argument("--size", metavar="NAME", help="point array of TARGET, 0.1 to 10, that multiplies the size")
     texture.add_argument("--mask", metavar="NAME", help="point array of TARGET, 0 to 1, that multiplies displacements")
+    texture.add_argument(
+        "--second-example", metavar="FILE", help="surface with a second texture, for a blend; goes with --blend"
+    )
+    texture.add_argument(
+        "--second-plain-example", metavar="FILE",
+        help="second example without its texture, with the same triangles (default: the second example, smoothed)",
+    )  # fmt: skip
+    texture.add_argument(
+        "--second-smoothing-length", type=float, metavar="LENGTH",
+        help="--smoothing-length of the second example, in the units of its file",
+    )  # fmt: skip
+    texture.add_argument(
+        "--blend", metavar="NAME", help="point array of TARGET, 0 to 1, share of the area with features of the second example"
+    )
     texture.add_argument("--strength", type=float, default=1.0, metavar="S", help="factor of displacements (default: 1)")
     texture.add_argument(
         "--printable", action="store_true", help="reduce displacements until no triangles intersect, for 3D printers"
@@ -110,17 +125,23 @@ def run(arguments):
         mask=arguments.mask,
         strength=arguments.strength,
         printable=arguments.printable,
+        second_smoothing_length=arguments.second_smoothing_length,
+        blend=arguments.blend,
     )
     if arguments.smoothing_length is not None and arguments.plain_example is not None:
         raise UsageError("--smoothing-length is of no use with --plain-example")
-    for path in filter(None, (arguments.input, arguments.example, arguments.plain_example, arguments.output)):
+    if (arguments.second_example is None) != (arguments.blend is None):
+        raise UsageError("--second-example and --blend go together")
+    of_second = (arguments.second_plain_example, arguments.second_smoothing_length)
+    if arguments.second_example is None and of_second != (None, None):
+        raise UsageError("--second-plain-example and --second-smoothing-length are of no use without --second-example")
+    if None not in of_second:
+        raise UsageError("--second-smoothing-length is of no use with --second-plain-example")
+    examples = (arguments.example, arguments.plain_example, arguments.second_example, arguments.second_plain_example)
+    for path in filter(None, (arguments.input, *examples, arguments.output)):
         as_usage(files.extension, path)
     mesh = read_input_surface(arguments)
-    give_examples(
-        algorithm,
-        read_single_surface(arguments.example),
-        None if arguments.plain_example is None else read_single_surface(arguments.plain_example),
-    )
+    give_examples(algorithm, *(path and read_single_surface(path) for path in examples))
     as_usage(files.check_writable, mesh, arguments.output)
     output = run_filter(algorithm, mesh, arguments)
     add_field_arrays(algorithm, output)

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "TextureExampleInput.h"
+
+#include "PointRows.h"
+#include "SurfaceBridge.h"
+#include "SurfaceInputs.h"
+
+#include "Core/Common/Errors.h"
+#include "Core/Mesh/MeshTopology.h"
+#include "Core/Mesh/UsedPoints.h"
+#include "Core/Operators/SurfaceOperators.h"
+#include "Core/Statistics/GeometricTextureFeatures.h"
+
+#include <vtkInformationVector.h>
+#include <vtkPolyData.h>
+
+#include <cmath>
+
+namespace surfsynth
+{
+
+namespace
+{
+constexpr double SmoothingOfRootArea = 0.1;
+
+/// Returns the surface on a port. @param words begins messages
+vtkSmartPointer<vtkPolyData> RequireSurface(vtkInformationVector* port, const std::string& words)
+{
+  auto found = SurfaceOn(port);
+  if (!found || found->GetNumberOfCells() == 0)
+  {
+    throw InvalidInput(
+      words + (found ? " is empty" : " is no surface") + "; a vtkPolyData with a geometric texture is needed.");
+  }
+  return found;
+}
+
+Surface Convert(vtkPolyData* data, const std::string& words)
+{
+  try
+  {
+    return ToSurface(data, GeometricTextureExample::Requirements());
+  }
+  catch (const InvalidInput& error)
+  {
+    throw InvalidInput(words + ": " + error.what());
+  }
+}
+} // namespace
+
+bool TextureExampleInput::Key::operator==(const Key& other) const
+{
+  return this->Textured == other.Textured && this->Plain == other.Plain &&
+    this->SmoothingLength == other.SmoothingLength && this->Directions.rows() == other.Directions.rows() &&
+    (this->Directions.array() == other.Directions.array()).all();
+}
+
+void TextureExampleInput::Read(vtkInformationVector* textured, vtkInformationVector* plain,
+  const std::string& orientationArrayName, double smoothingLength)
+{
+  const vtkSmartPointer<vtkPolyData> data = RequireSurface(textured, this->Words);
+  const Surface surface = Convert(data, this->Words);
+  const UsedPoints points(surface.Mesh);
+  Key key;
+  key.Textured = surface.MeshHash();
+  if (!orientationArrayName.empty())
+  {
+    key.Directions = ReadPointRows(data, points, { orientationArrayName, "ExampleOrientationArrayName" }, 3);
+  }
+  std::optional<Surface> form;
+  if (plain->GetNumberOfInformationObjects() > 0)
+  {
+    form = Convert(RequireSurface(plain, this->PlainWords), this->PlainWords);
+    key.Plain = form->MeshHash();
+    if (form->Mesh.NumberOfPoints() != surface.Mesh.NumberOfPoints())
+    {
+      throw InvalidInput(this->PlainWords + " has " + std::to_string(form->Mesh.NumberOfPoints()) +
+        " points in place of " + std::to_string(surface.Mesh.NumberOfPoints()) +
+        "; the same triangles with other points are needed.");
+    }
+  }
+  else
+  {
+    key.SmoothingLength = smoothingLength;
+  }
+  if (key == this->Known && this->Textured.NumberOfTriangles() > 0)
+  {
+    return;
+  }
+  this->Known = std::move(key);
+  this->Cut.reset();
+  this->Textured = points.Compact(surface.Mesh);
+  this->Form = form ? std::optional<TriangleMesh>(UsedPoints(form->Mesh).Compact(form->Mesh)) : std::nullopt;
+  this->Margin = 0.0;
+}
+
+/// Smooths the example where there is no plain one.
+void TextureExampleInput::FindForm()
+{
+  if (!this->Form)
+  {
+    const MeshTopology topology(this->Textured);
+    const double automatic = SmoothingOfRootArea * std::sqrt(LumpedMass(this->Textured, topology).sum());
+    this->Margin = this->Known.SmoothingLength > 0.0 ? this->Known.SmoothingLength : automatic;
+    this->Form = SmoothedForm(this->Textured, topology, this->Margin);
+  }
+}
+
+ExampleScaleCounts TextureExampleInput::Scales()
+{
+  this->FindForm();
+  return CountExampleScales(this->Textured, *this->Form);
+}
+
+std::shared_ptr<const GeometricTextureExample> TextureExampleInput::Patches(int scales, const Progress& progress)
+{
+  if (!this->Cut || this->CutScales != scales)
+  {
+    this->Cut.reset();
+    this->FindForm();
+    GeometricTextureExampleOptions options;
+    options.Scales = scales;
+    options.Directions = this->Known.Directions;
+    options.Margin = this->Margin;
+    this->Cut = std::make_shared<const GeometricTextureExample>(this->Textured, *this->Form, options, progress);
+    this->CutScales = scales;
+  }
+  return this->Cut;
+}
+
+} // namespace surfsynth

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/// @file
+/// Example of an input port of vtkGeometricTextureFromExample.
+#pragma once
+
+#include "Core/Common/Progress.h"
+#include "Core/Mesh/TriangleMesh.h"
+#include "Inference/GeometricTexture/GeometricTextureExample.h"
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+class vtkInformationVector;
+
+namespace surfsynth
+{
+
+/// Example that a filter has on an input port, and its patches, which are kept until it changes.
+class TextureExampleInput
+{
+public:
+  /// @param words "The example on port 1" @param plainWords "The plain example on port 2", for messages
+  TextureExampleInput(std::string words, std::string plainWords)
+    : Words(std::move(words))
+    , PlainWords(std::move(plainWords))
+  {}
+
+  /// Reads the example. @param plain port of the one without texture, which may have no connection
+  /// @param orientationArrayName array of the directions; "" for none
+  /// @param smoothingLength of the form of an example without a plain one, world units; 0 for a tenth of the root of the area
+  /// @throws InvalidInput when it is no surface, or one that does not meet GeometricTextureExample::Requirements()
+  void Read(vtkInformationVector* textured, vtkInformationVector* plain, const std::string& orientationArrayName,
+    double smoothingLength);
+  /// Counts the scales of the example that Read() has read. @throws InvalidInput, SolverFailure
+  ExampleScaleCounts Scales();
+  /// Returns the patches of the example that Read() has read, at so many scales; 0 for as many as it asks for.
+  /// @throws InvalidInput, SolverFailure, Cancelled
+  std::shared_ptr<const GeometricTextureExample> Patches(int scales, const Progress& progress);
+
+private:
+  /// Inputs that the form and the patches depend on.
+  struct Key
+  {
+    std::uint64_t Textured = 0; ///< hash
+    std::uint64_t Plain = 0;    ///< hash; 0 without a plain example
+    double SmoothingLength = 0.0;
+    PointMatrix Directions;
+
+    bool operator==(const Key& other) const;
+  };
+
+  void FindForm();
+
+  std::string Words, PlainWords;
+  Key Known; ///< what was read last
+  TriangleMesh Textured;
+  std::optional<TriangleMesh> Form; ///< the plain example, or the smooth form once it is needed
+  double Margin = 0.0;              ///< around boundaries, in which the form is none
+  std::shared_ptr<const GeometricTextureExample> Cut;
+  int CutScales = 0; ///< that were asked for
+};
+
+} // namespace surfsynth
