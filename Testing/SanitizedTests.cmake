@@ -46,6 +46,7 @@ set(surfsynth_unsanitized
   "DisplacementMap.LargerSphere*"
   "Elasticity.BallIsIndented*"
   "Elasticity.CantileverBends*"
+  "ExampleSynthesis.ABlendIsEach*"
   "ExampleSynthesis.FeaturesAre*"
   "ExampleSynthesis.HeightsDeviate*"
   "ExampleSynthesis.SizesChange*"

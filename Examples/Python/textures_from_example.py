@@ -104,7 +104,7 @@ def bark(cells=96, side=3.0, stretch=4.0):
 
 
 def blend():
-    """Knobs as the second example of spikes."""
+    """Spikes, and knobs as the second example."""
     example, parameters = spikes()
     second, of_second = knobs()
     second_plain = of_second["plain_example"]
@@ -143,7 +143,7 @@ def add_row(sheet, row, name, targets, options):
     aspect = SIZE[0] / SIZE[1]
     shown, title = example, f"{name}: the example"
     if "second_example" in parameters:
-        shown, title = parameters["second_example"], f"{name} with spikes: the second example"
+        shown, title = parameters["second_example"], f"{name}: the second example"
     sheet.add(row, 0, f"{title}\n{shown.GetNumberOfCells():,} faces", shown,
               rendering.view_of(shown, aspect, direction))  # fmt: skip
     for column, (target_name, target) in enumerate(targets.items(), 1):

@@ -35,16 +35,23 @@ vtkSmartPointer<vtkPolyData> RequireSurface(vtkInformationVector* port, const st
   return found;
 }
 
-Surface Convert(vtkPolyData* data, const std::string& words)
+/// Calls work(), and begins the text of an error with words.
+template <typename Work>
+auto Named(const std::string& words, const Work& work)
 {
   try
   {
-    return ToSurface(data, GeometricTextureExample::Requirements());
+    return work();
   }
   catch (const InvalidInput& error)
   {
     throw InvalidInput(words + ": " + error.what());
   }
+}
+
+Surface Convert(vtkPolyData* data, const std::string& words)
+{
+  return Named(words, [&] { return ToSurface(data, GeometricTextureExample::Requirements()); });
 }
 } // namespace
 
@@ -65,7 +72,9 @@ void TextureExampleInput::Read(vtkInformationVector* textured, vtkInformationVec
   key.Textured = surface.MeshHash();
   if (!orientationArrayName.empty())
   {
-    key.Directions = ReadPointRows(data, points, { orientationArrayName, "ExampleOrientationArrayName" }, 3);
+    key.Directions = Named(this->Words, [&] {
+      return ReadPointRows(data, points, { orientationArrayName, "ExampleOrientationArrayName" }, 3);
+    });
   }
   std::optional<Surface> form;
   if (plain->GetNumberOfInformationObjects() > 0)
@@ -89,6 +98,7 @@ void TextureExampleInput::Read(vtkInformationVector* textured, vtkInformationVec
   }
   this->Known = std::move(key);
   this->Cut.reset();
+  this->Counts.reset();
   this->Textured = points.Compact(surface.Mesh);
   this->Form = form ? std::optional<TriangleMesh>(UsedPoints(form->Mesh).Compact(form->Mesh)) : std::nullopt;
   this->Margin = 0.0;
@@ -106,10 +116,23 @@ void TextureExampleInput::FindForm()
   }
 }
 
+void TextureExampleInput::Clear()
+{
+  this->Known = {};
+  this->Textured = {};
+  this->Form.reset();
+  this->Cut.reset();
+  this->Counts.reset();
+}
+
 ExampleScaleCounts TextureExampleInput::Scales()
 {
-  this->FindForm();
-  return CountExampleScales(this->Textured, *this->Form);
+  if (!this->Counts)
+  {
+    this->FindForm();
+    this->Counts = Named(this->Words, [&] { return CountExampleScales(this->Textured, *this->Form); });
+  }
+  return *this->Counts;
 }
 
 std::shared_ptr<const GeometricTextureExample> TextureExampleInput::Patches(int scales, const Progress& progress)
@@ -122,7 +145,8 @@ std::shared_ptr<const GeometricTextureExample> TextureExampleInput::Patches(int 
     options.Scales = scales;
     options.Directions = this->Known.Directions;
     options.Margin = this->Margin;
-    this->Cut = std::make_shared<const GeometricTextureExample>(this->Textured, *this->Form, options, progress);
+    this->Cut = Named(this->Words,
+      [&] { return std::make_shared<const GeometricTextureExample>(this->Textured, *this->Form, options, progress); });
     this->CutScales = scales;
   }
   return this->Cut;

@@ -34,9 +34,12 @@ public:
   /// @throws InvalidInput when it is no surface, or one that does not meet GeometricTextureExample::Requirements()
   void Read(vtkInformationVector* textured, vtkInformationVector* plain, const std::string& orientationArrayName,
     double smoothingLength);
+  /// Forgets the example and its patches.
+  void Clear();
   /// Counts the scales of the example that Read() has read. @throws InvalidInput, SolverFailure
   ExampleScaleCounts Scales();
-  /// Returns the patches of the example that Read() has read, at so many scales; 0 for as many as it asks for.
+  /// Returns the patches of the example that Read() has read, at so many scales, above 0. Those of another number are dropped
+  /// first.
   /// @throws InvalidInput, SolverFailure, Cancelled
   std::shared_ptr<const GeometricTextureExample> Patches(int scales, const Progress& progress);
 
@@ -60,7 +63,8 @@ private:
   std::optional<TriangleMesh> Form; ///< the plain example, or the smooth form once it is needed
   double Margin = 0.0;              ///< around boundaries, in which the form is none
   std::shared_ptr<const GeometricTextureExample> Cut;
-  int CutScales = 0; ///< that were asked for
+  int CutScales = 0;
+  std::optional<ExampleScaleCounts> Counts;
 };
 
 } // namespace surfsynth

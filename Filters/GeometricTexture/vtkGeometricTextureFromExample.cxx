@@ -68,17 +68,18 @@ public:
     this->Mismatch = 0.0;
     this->Printability.Begin();
     const bool isBlend = inputVector[3]->GetNumberOfInformationObjects() > 0;
-    this->CheckProperties(isBlend);
+    this->CheckProperties(isBlend, inputVector[4]->GetNumberOfInformationObjects() > 0);
     const std::string& directions = this->Self->ExampleOrientationArrayName;
     this->FirstInput.Read(inputVector[1], inputVector[2], directions, this->Self->SmoothingLength);
-    int scales = this->Self->NumberOfScales;
     if (isBlend)
     {
       this->SecondInput.Read(inputVector[3], inputVector[4], directions, this->Self->SecondSmoothingLength);
-      scales = scales > 0 ? scales : this->CommonScales();
     }
-    this->Example = this->FirstInput.Patches(scales, surfsynth::SubProgress(progress, 0.0, isBlend ? 0.5 : 1.0));
-    this->Second = isBlend ? this->SecondInput.Patches(scales, surfsynth::SubProgress(progress, 0.5, 1.0)) : nullptr;
+    else
+    {
+      this->SecondInput.Clear();
+    }
+    this->Cut(isBlend, progress);
   }
 
   void End() { this->Textures.DropUnused(); }
@@ -164,14 +165,41 @@ private:
     displacement = level.Mesh.Points - level.Base;
   }
 
-  /// Returns the larger of the numbers of scales that the examples ask for, as far as both have room for it.
-  int CommonScales()
+  /// Cuts the patches of the examples. Two examples have the larger of the numbers of scales that they ask for, as far as patches
+  /// of both fit, which is known for sure once they are cut.
+  void Cut(bool isBlend, const surfsynth::Progress& progress)
   {
-    const surfsynth::ExampleScaleCounts first = this->FirstInput.Scales(), second = this->SecondInput.Scales();
-    return std::min({ std::max(first.Automatic, second.Automatic), first.Most, second.Most });
+    this->Example.reset();
+    this->Second.reset();
+    double reached = 0.0;
+    const surfsynth::Progress steady = [&](double done) {
+      reached = std::max(reached, done);
+      return !progress || progress(reached);
+    };
+    const int asked = this->Self->NumberOfScales;
+    surfsynth::ExampleScaleCounts first{ asked, asked };
+    first = asked > 0 ? first : this->FirstInput.Scales();
+    const surfsynth::ExampleScaleCounts second = asked > 0 || !isBlend ? first : this->SecondInput.Scales();
+    for (int scales = std::min({ std::max(first.Automatic, second.Automatic), first.Most, second.Most }); true;
+         --scales)
+    {
+      try
+      {
+        this->Example = this->FirstInput.Patches(scales, surfsynth::SubProgress(steady, 0.0, isBlend ? 0.5 : 1.0));
+        this->Second = isBlend ? this->SecondInput.Patches(scales, surfsynth::SubProgress(steady, 0.5, 1.0)) : nullptr;
+        return;
+      }
+      catch (const surfsynth::InvalidInput&)
+      {
+        if (scales <= std::min(first.Automatic, second.Automatic))
+        {
+          throw;
+        }
+      }
+    }
   }
 
-  void CheckProperties(bool isBlend) const
+  void CheckProperties(bool isBlend, bool hasSecondPlain) const
   {
     if (this->Self->Printable)
     {
@@ -192,6 +220,11 @@ private:
       throw surfsynth::InvalidInput(isBlend
           ? "There is a second example on port 3, but BlendArrayName is empty; a point array of the target is needed."
           : "BlendArrayName is set, but there is no second example on port 3; both are needed together, or none.");
+    }
+    if (hasSecondPlain && !isBlend)
+    {
+      throw surfsynth::InvalidInput("There is a second plain example on port 4, but no second example on port 3; both "
+                                    "are needed together, or none.");
     }
     for (const double value : { this->Self->TextureScale, this->Self->SmoothingLength,
            this->Self->SecondSmoothingLength, this->Self->Strength })

@@ -32,8 +32,8 @@
  * position of the point minus that on the target without texture, world units.
  *
  * @par Cost
- * Linear in the number of triangles of the output: see Testing/Benchmarks/README.md. The patches of the example are kept,
- * and a change of Strength, of Printable or of names costs no synthesis. Printable searches for triangles that intersect, in
+ * Linear in the number of triangles of the output: see Testing/Benchmarks/README.md. The patches of the examples are kept, up
+ * to 150 MB for a scale of each, and a change of Strength, of Printable or of names costs no synthesis. Printable searches for triangles that intersect, in
  * each update: 4 to 10 microseconds for a triangle, and more where many intersect. The same seed gives the same bits for every
  * number of threads. Another kind of processor may give other last bits: Reproducibility in README.md.
  *
@@ -100,7 +100,8 @@ public:
   /**
    * Size of the texture on the target over its size on the example, both in world units, from 0 to 1e12. 0, the default, for
    * the mean edge length of the target, once subdivided, over that of the plain example: triangles stand for triangles, whatever
-   * the units are.
+   * the units are. Of two examples each has its own scale with 0, and both have this one otherwise, so that the units of both
+   * must be the same.
    */
   vtkSetClampMacro(TextureScale, double, 0.0, 1e12);
   vtkGetMacro(TextureScale, double);
@@ -148,8 +149,8 @@ public:
   ///@{
   /**
    * Name of a point array of the target with one component, from 0 to 1, the share of the second example: features of the
-   * first at 0, of the second at 1, and between them islands of both, about as wide as a feature, that cover such a share of
-   * the area. Features are mixed and agree where they meet; their heights are not. Must be set with port 3. Default "": one
+   * first at 0, of the second at 1, and between them islands of both, about as wide as a feature of mean size, that cover
+   * such a share of the area. Features are mixed and agree where they meet; their heights are not. Must be set with port 3. Default "": one
    * example.
    */
   void SetBlendArrayName(const char* name);
@@ -241,7 +242,7 @@ public:
   /**
    * Root of the mean square distance of the patches of the last update from the nearest ones of the example, at the finest
    * scale, over the root of the mean square displacement of the example: 0 where each piece is one of the example. The
-   * largest one of all blocks.
+   * largest one of both examples and of all blocks.
    */
   double GetMismatch() const;
 

@@ -463,6 +463,7 @@ INPUTS = {
                            "surface.stl": ball, "scan.stl": ball, "ch2bet.nii.gz": zipped_volume,
                            "aal.nii.gz": zipped_labels, "aal.nii.txt": label_names,
                            "painted.obj": write_textured_ball, "other.off": small_ball, "shell.ply": bumpy,
+                           "horn.vtp": growing, "spikes.ply": bumpy, "knobs.ply": bumpy,
                            "bone.vtp": with_arrays, "landmarks.vtp": landmarks, "cortex.vtp": observed("Thickness")},
     "Examples/Training/README.md": {"armadillo.off": ball, "bunny.off": ball, "bunny.ply": ball, "bark.ply": ball,
                                     "scan.ply": ball,

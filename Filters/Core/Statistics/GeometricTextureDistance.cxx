@@ -113,7 +113,7 @@ struct SeenMesh
     this->Mesh.Triangles = mesh.Triangles;
   }
 
-  /// Features of the triangles that have three neighbors, as the network gets them; of all where none has.
+  /// Features of the triangles that have three neighbors, as the network gets them; of all where no triangle has.
   EdgeFeatureMatrix EdgeFeatures() const
   {
     const EdgeFeatureMatrix features = this->Checked(

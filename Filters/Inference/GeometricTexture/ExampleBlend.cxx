@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <numeric>
+#include <utility>
 
 namespace surfsynth
 {
@@ -27,16 +29,21 @@ Eigen::VectorXf BlendThresholds(const PatchSurface& surface, double length, cons
   FillNormals(key, 0, points, numbers.data());
   // White noise of the surface: its integrals over equal areas deviate equally, whatever the triangles are.
   numbers = (mass.array() > 0.0).select(numbers.array() / mass.array().sqrt(), 0.0);
-  const SurfaceSmoothing smoothing(surface.Mesh, surface.Topology, OperatorLength * length);
+  const SurfaceSmoothing smoothing(
+    surface.Mesh, surface.Topology, OperatorLength * std::min(length, std::sqrt(mass.sum())));
   numbers = smoothing.Apply(smoothing.Apply(numbers));
-  const double mean = mass.dot(numbers.col(0)) / mass.sum();
-  const double deviation = std::sqrt(mass.dot((numbers.col(0).array() - mean).square().matrix()) / mass.sum());
-  const double scale = deviation > 0.0 ? 1.0 / deviation : 0.0;
-  return numbers.col(0)
-    .unaryExpr([&](double number) {
-      return std::clamp(0.5 * std::erfc((mean - number) * scale / std::sqrt(2.0)), Margin, 1.0 - Margin);
-    })
-    .cast<float>();
+  std::vector<Index> order(static_cast<std::size_t>(points));
+  std::iota(order.begin(), order.end(), Index{ 0 });
+  std::sort(order.begin(), order.end(),
+    [&](Index a, Index b) { return std::make_pair(numbers(a, 0), a) < std::make_pair(numbers(b, 0), b); });
+  Eigen::VectorXf thresholds(points);
+  double below = 0.0;
+  for (const Index v : order)
+  {
+    thresholds(v) = static_cast<float>(std::clamp((below + 0.5 * mass(v)) / mass.sum(), Margin, 1.0 - Margin));
+    below += mass(v);
+  }
+  return thresholds;
 }
 
 std::vector<PatchCenter> CentersOfShare(const PatchSurface& surface, const std::vector<PatchCenter>& centers,

@@ -13,9 +13,9 @@
 namespace surfsynth
 {
 
-/// Returns thresholds between 0 and 1 at the vertices, [V]: normal numbers smoothed over a length, and their distribution
-/// function, so that a share of w of the surface has thresholds below w, in islands about as wide as the length.
-/// @param length world units, above 0
+/// Returns thresholds between 0 and 1 at the vertices, [V]: ranks by area of normal numbers smoothed over a length, so that a
+/// share of w of the surface has thresholds below w, in islands about as wide as the length.
+/// @param length world units, above 0; at most the root of the area is used
 /// @throws SolverFailure
 Eigen::VectorXf BlendThresholds(const PatchSurface& surface, double length, const NormalKey& key);
 

@@ -277,9 +277,8 @@ private:
     if (this->Sources.size() > 1)
     {
       this->Shares = this->Levels.Prolong(this->Request.Blend, 0, level);
-      this->Thresholds = step == 0
-        ? BlendThresholds(surface, ThresholdLength * coarsest, this->Key(0, ThresholdNumbers))
-        : this->Levels.Prolong(this->Thresholds, this->Present, level);
+      this->Thresholds = step == 0 ? this->DrawThresholds(surface, coarsest, level)
+                                   : this->Levels.Prolong(this->Thresholds, this->Present, level);
     }
     this->Displacement = step == 0 ? this->Initial(surface, scale)
                                    : this->Levels.Prolong(this->Displacement, this->Present, level);
@@ -301,7 +300,20 @@ private:
       surface, shares, NearestIterations[place], this->Displacement, SubProgress(progress, middle, 1.0));
   }
 
-  /// Draws the patches of each example that has some.
+  /// Draws the thresholds of a blend: islands as wide as a feature where sizes are what they are in the mean.
+  Eigen::VectorXf DrawThresholds(const PatchSurface& surface, double spacing, int level) const
+  {
+    const Eigen::VectorXf sizes = this->Levels.Prolong(this->Request.Sizes, 0, level);
+    double size = 1.0;
+    if (sizes.size() > 0)
+    {
+      const Eigen::VectorXd mass = LumpedMass(surface.Mesh, surface.Topology);
+      size = mass.dot(sizes.cast<double>()) / mass.sum();
+    }
+    return BlendThresholds(surface, ThresholdLength * spacing * size, this->Key(0, ThresholdNumbers));
+  }
+
+  /// Draws the patches of each example that has some; all of the last one where chance has given neither any.
   std::vector<SourcePatches> DrawPatches(
     const PatchSurface& surface, std::size_t scale, int step, const Progress& progress) const
   {
@@ -316,10 +328,16 @@ private:
       distribution.Key = this->Key(step, CenterNumbers);
       const std::int64_t count = RequirePatches(
         AreaInSquares(surface, distribution), Coverage[static_cast<std::size_t>(std::min(step, 2))]);
-      std::vector<PatchCenter> centers = DrawPatchCenters(surface, distribution, count);
+      const std::vector<PatchCenter> all = DrawPatchCenters(surface, distribution, count);
+      std::vector<PatchCenter> centers = all;
       if (this->Sources.size() > 1)
       {
-        centers = CentersOfShare(surface, centers, this->Thresholds, this->Shares, k > 0);
+        centers = CentersOfShare(surface, all, this->Thresholds, this->Shares, k > 0);
+      }
+      const bool isLast = k + 1 == this->Sources.size();
+      if (centers.empty() && isLast && sets.empty())
+      {
+        centers = all;
       }
       if (!centers.empty())
       {

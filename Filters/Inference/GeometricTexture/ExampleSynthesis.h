@@ -56,8 +56,8 @@ struct ExampleSynthesis
 /// as widely as those of the example.
 ///
 /// With a second example the features of both are mixed, not their heights: each patch looks like one of one of them, in islands
-/// about as wide as a feature, and overlapping patches agree on what lies between. Where the share of the second is 0
-/// everywhere, the texture is that of the first alone to the last bit.
+/// about as wide as a feature of mean size, and overlapping patches agree on what lies between. Where the share of the second is
+/// 0 everywhere, the texture is that of the first alone, to the last bit where both have the same spacing on the target.
 ///
 /// Linear in the area over the square of the finest spacing; the same bits for every number
 /// of threads.

@@ -65,7 +65,7 @@ ExampleScaleCounts CountExampleScales(const TriangleMesh& textured, const Triang
 class GeometricTextureExample
 {
 public:
-  /// Cuts the patches. About two seconds for a scale on one thread.
+  /// Cuts the patches. Up to eight seconds for a scale on one thread.
   /// @param textured the example @param plain the same triangles without texture
   /// @throws InvalidInput when a mesh does not meet Requirements(), the triangles differ, an option is out of its range, or the
   /// surface is too small for a patch; SolverFailure, Cancelled

@@ -36,7 +36,7 @@ constexpr double Completeness = 0.05;
 
 /// Passes that give the patches the deviations of those of the example, bounds of the factors, and the fewest patches whose
 /// deviations say something.
-constexpr int DeviationPasses = 4;
+constexpr int DeviationPasses = 2;
 constexpr float LeastFactor = 0.5F, MostFactor = 2.0F;
 constexpr std::int64_t FewestForDeviations = 256;
 
@@ -218,20 +218,26 @@ PatchRows ReadCompleted(const TexturePatches& patches, const ExamplePatches& exa
   return values;
 }
 
-/// Returns the weighted mean squares of the differences of patches from the nearest ones of the example, [count].
-Eigen::VectorXd SquaredDifferences(
-  const PatchRows& values, const ExamplePatches& example, const std::vector<Index>& nearest)
+/// Returns the weighted mean squares of the differences of patches from the nearest ones of the example, [count]; of samples
+/// inside.
+Eigen::VectorXd SquaredDifferences(const TexturePatches& patches, const PatchRows& values,
+  const ExamplePatches& example, const std::vector<Index>& nearest)
 {
   const Eigen::VectorXf weights = PatchWeights();
   Eigen::VectorXd ofPatch(values.rows());
   ForRows(values.rows(), 256, [&](std::int64_t p) {
-    double sum = 0.0;
+    double sum = 0.0, weight = 0.0;
     for (int k = 0; k < TexturePatches::Samples; ++k)
     {
+      if (!patches.IsInside(p, k))
+      {
+        continue;
+      }
+      weight += static_cast<double>(weights(k));
       const auto other = example.Values.row(nearest[static_cast<std::size_t>(p)]).segment<3>(3 * k);
       sum += static_cast<double>(weights(k) * (values.row(p).segment<3>(3 * k) - other).squaredNorm());
     }
-    ofPatch(p) = sum / static_cast<double>(weights.sum());
+    ofPatch(p) = sum / weight; // the center is inside
   });
   return ofPatch;
 }
@@ -308,7 +314,7 @@ public:
       this->Search.Prefer(coordinates, static_cast<float>(completeness), SubProgress(progress, 0.0, 0.5));
     }
     this->Nearest = this->Search.Find(coordinates, SubProgress(progress, first ? 0.5 : 0.0, 1.0));
-    this->Squares = SquaredDifferences(values, example, this->Nearest);
+    this->Squares = SquaredDifferences(this->Share.Patches, values, example, this->Nearest);
   }
 
   Eigen::VectorXf Factors() const { return RobustFactors(this->Squares); }

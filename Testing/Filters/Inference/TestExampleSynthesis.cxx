@@ -21,6 +21,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <initializer_list>
 #include <string>
 #include <vector>
 
@@ -292,7 +293,13 @@ TEST(ExampleSynthesis, ThresholdsOfABlendAreEvenlyDistributed)
   // The same on a mesh that is coarse on one half: white noise of the surface, not of the vertices.
   const TriangleMesh ball = test::Icosphere(5);
   const TriangleMesh uneven = test::RefineWhere(test::Icosphere(4), [](Index f) { return f % 20 < 10; });
-  for (const TriangleMesh* mesh : { &ball, &uneven })
+  TriangleMesh crumbs = test::Icosphere(4);
+  for (int k = 0; k < 50; ++k)
+  {
+    const Eigen::Vector3d place(2.0 + 0.1 * k, 0.0, 0.0);
+    crumbs = test::Join(crumbs, test::Translated(test::Scaled(test::Tetrahedron(), 1e-3), place));
+  }
+  for (const TriangleMesh* mesh : std::initializer_list<const TriangleMesh*>{ &ball, &uneven, &crumbs })
   {
     const Eigen::VectorXf thresholds = BlendThresholds(PatchSurface(*mesh), 0.3, { 5 });
     const Eigen::VectorXd mass = LumpedMass(*mesh) / LumpedMass(*mesh).sum();
@@ -301,9 +308,29 @@ TEST(ExampleSynthesis, ThresholdsOfABlendAreEvenlyDistributed)
     for (const float share : { 0.25F, 0.5F, 0.75F })
     {
       const double found = (thresholds.array() < share).cast<double>().matrix().dot(mass);
-      EXPECT_NEAR(found, static_cast<double>(share), 0.1);
+      EXPECT_NEAR(found, static_cast<double>(share), 0.01);
     }
   }
+}
+
+TEST(ExampleSynthesis, ThresholdsOfABlendFormIslands)
+{
+  const TriangleMesh ball = test::Icosphere(5);
+  const auto borderOf = [&](double length) {
+    const Eigen::VectorXf thresholds = BlendThresholds(PatchSurface(ball), length, { 5 });
+    Index border = 0;
+    for (Index f = 0; f < ball.NumberOfTriangles(); ++f)
+    {
+      int below = 0;
+      for (int k = 0; k < 3; ++k)
+      {
+        below += thresholds(ball.Triangles(f, k)) < 0.5F ? 1 : 0;
+      }
+      border += below % 3 != 0 ? 1 : 0;
+    }
+    return static_cast<double>(border);
+  };
+  EXPECT_NEAR(borderOf(0.2) / borderOf(0.6), 3.0, 1.0) << "three times as long where islands are a third as wide";
 }
 
 TEST(ExampleSynthesis, ABlendIsEachExampleWhereItsShareIsAll)

@@ -66,7 +66,7 @@ def geometric_texture_from_example(
     texture_scale : float, optional
         Size of the texture on the target over its size on the example, both in world units, above 0 to 1e12. Default: the mean
         edge length of the target, once subdivided, over that of the plain example; triangles stand for triangles, whatever the
-        units are.
+        units are. Of two examples each has its own scale then; a given one is that of both, so that their units must be the same.
     subdivisions : int, optional
         Number of times that each triangle of the target is divided into four, 0 to 8. Default: 2 without ``texture_scale``, and
         else as many as make edges nearly as long as those of the example at that scale.
@@ -110,8 +110,8 @@ def geometric_texture_from_example(
         The ``smoothing_length`` of the second example, world units of that example; not with ``second_plain_example``. Default: a tenth of the root of its area.
     blend : str, optional
         Name of a point array of the target with one component, from 0 to 1, the share of the second example: features of the
-        first at 0, of the second at 1, and between them islands of both, about as wide as a feature, that cover such a share of
-        the area. Features are mixed and agree where they meet; their heights are not.
+        first at 0, of the second at 1, and between them islands of both, about as wide as a feature of mean size, that cover such
+        a share of the area. Features are mixed and agree where they meet; their heights are not.
 
     Returns
     -------

@@ -72,7 +72,8 @@ def _add_texture_options(texture):
     )  # fmt: skip
     texture.add_argument(
         "--scales", type=int, metavar="N",
-        help="number of scales, 1 to 8 (default: as many as make the widest patches about three features wide)",
+        help="number of scales, 1 to 8 (default: as many as make the widest patches about three features wide; of two examples "
+        "the larger of both numbers, as far as patches fit on both)",
     )  # fmt: skip
     texture.add_argument(
         "--smoothing-length", type=float, metavar="LENGTH",
@@ -138,10 +139,11 @@ def run(arguments):
     if None not in of_second:
         raise UsageError("--second-smoothing-length is of no use with --second-plain-example")
     examples = (arguments.example, arguments.plain_example, arguments.second_example, arguments.second_plain_example)
-    for path in filter(None, (arguments.input, *examples, arguments.output)):
-        as_usage(files.extension, path)
+    for path in (arguments.input, *examples, arguments.output):
+        if path is not None:
+            as_usage(files.extension, path)
     mesh = read_input_surface(arguments)
-    give_examples(algorithm, *(path and read_single_surface(path) for path in examples))
+    give_examples(algorithm, *(None if path is None else read_single_surface(path) for path in examples))
     as_usage(files.check_writable, mesh, arguments.output)
     output = run_filter(algorithm, mesh, arguments)
     add_field_arrays(algorithm, output)
