@@ -296,9 +296,22 @@ def check_large_pictures(folder):
     check_picture(os.path.join(output, "texture_features.png"), 1300, rows=2)
     check_picture(os.path.join(output, "texture_uses.png"), 1800, rows=2)
     check_synthesized(folder, "knobs", "blend")
+    check_pairs(os.path.join(output, "pairs"))
     import geometric_textures
 
     check_second_reference(geometric_textures, "knobs", peaks=60)
+
+
+def check_pairs(output):
+    """The two sheets for a test by eye, of two textures, and their key."""
+    script = [sys.executable, os.path.join(TRAINING, "pair_textures.py"), "--output", output, "--points", "100"]
+    assert run("xvfb-run", "-a", *script, "--only", "bark", "dunes").returncode == 0
+    for name in ("examples", "synthesized"):
+        check_picture(os.path.join(output, name + ".png"), 840)
+    with open(os.path.join(output, "key.csv"), encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["example"] for row in rows] == ["A", "B"] and {row["synthesized"] for row in rows} == {"1", "2"}
+    assert {row["texture"] for row in rows} == {"bark", "dunes"}
 
 
 def check_signals():
