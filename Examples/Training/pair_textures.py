@@ -4,8 +4,8 @@
 
     xvfb-run -a python3 pair_textures.py --output DIR
 
-Ten textures of geometric_texture_from_example(): spikes, knobs and the labyrinth, which the shipped models were learned from; the
-shell of the armadillo; bark and dunes, random fields; and the four scans of scan_textures.py. Writes
+Ten textures of geometric_texture_from_example(): spikes, knobs and the labyrinth, which the shipped models were learned from;
+the shell of the armadillo; bark and dunes, random fields; and the four scans of scan_textures.py. Writes
 
     examples.png       the examples, A to J
     synthesized.png    the textures on a bear, a knot and an eight, 1 to 10, in another order
@@ -71,8 +71,8 @@ TEXTURES = {
 
 def direction_of(example):
     """The direction that a piece faces; that of the pictures of balls."""
-    normal = scan_textures.mean_normal(example)
-    return normal if np.isfinite(normal).all() and surfacesynthesis.topology_report(example)["boundary_edges"] else (0.3, 0.2, 1.0)
+    is_piece = surfacesynthesis.topology_report(example)["boundary_edges"] > 0
+    return scan_textures.mean_normal(example) if is_piece else (0.3, 0.2, 1.0)
 
 
 def main():

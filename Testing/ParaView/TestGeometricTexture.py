@@ -159,7 +159,7 @@ def textures_are_those_of_the_class():
 
 
 def textures_from_an_example_are_those_of_the_class():
-    plain, example = surfaces.ball(size=24), surfaces.ball(size=24)
+    plain, example = surfaces.ball(size=8), surfaces.ball(size=8)  # the larger, the longer each takes to cut
     points = points_of(plain)
     heights = 0.03 * np.prod(np.sin(9.0 * points), axis=1)
     example.GetPoints().SetData(numpy_to_vtk(points * (1.0 + heights)[:, None], deep=True))

@@ -25,11 +25,11 @@ using Filter = vtkGeometricTextureFromExample;
 
 namespace
 {
-/// A ball with waves, and the ball; a coarser one with sanitizers, because most of the time is that of cutting it.
+/// A ball with waves, and the ball; a coarse one, because most of the time is that of cutting it and of searching its patches.
 struct Example
 {
-  vtkSmartPointer<vtkPolyData> Plain = Icosphere(IsSanitized() ? 1 : 2).ToPolyData();
-  vtkSmartPointer<vtkPolyData> Textured = Icosphere(IsSanitized() ? 1 : 2).ToPolyData();
+  vtkSmartPointer<vtkPolyData> Plain = Icosphere(1).ToPolyData();
+  vtkSmartPointer<vtkPolyData> Textured = Icosphere(1).ToPolyData();
 
   Example()
   {

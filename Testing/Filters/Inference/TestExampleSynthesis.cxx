@@ -336,21 +336,24 @@ TEST(ExampleSynthesis, ThresholdsOfABlendFormIslands)
 TEST(ExampleSynthesis, ABlendIsEachExampleWhereItsShareIsAll)
 {
   const TriangleMesh target = test::Icosphere(2);
-  const GeometricTextureExample low(Raised(Plain(), [](const Eigen::Vector3d& p) { return 0.25 * Bump(p); }), Plain());
-  ASSERT_EQ(low.Scales().size(), Bumps().Scales().size());
+  const TriangleMesh plain = test::Icosphere(3);
+  GeometricTextureExampleOptions options;
+  options.Scales = 1;
+  const GeometricTextureExample bumps(Raised(plain, Bump), plain, options);
+  const GeometricTextureExample low(Raised(plain, [](const auto& p) { return 0.25 * Bump(p); }), plain, options);
   ExampleSynthesisRequest request = OnceDivided();
-  const PointMatrix first = SynthesizeFromExample(Bumps(), target, request).Level.Displacement;
+  const PointMatrix first = SynthesizeFromExample(bumps, target, request).Level.Displacement;
   const PointMatrix second = SynthesizeFromExample(low, target, request).Level.Displacement;
   request.Second = &low;
   request.Blend = Eigen::VectorXf::Zero(target.NumberOfPoints());
-  EXPECT_EQ(SynthesizeFromExample(Bumps(), target, request).Level.Displacement, first) << "to the last bit";
+  EXPECT_EQ(SynthesizeFromExample(bumps, target, request).Level.Displacement, first) << "to the last bit";
   request.Blend.setOnes();
-  EXPECT_EQ(SynthesizeFromExample(Bumps(), target, request).Level.Displacement, second) << "to the last bit";
+  EXPECT_EQ(SynthesizeFromExample(bumps, target, request).Level.Displacement, second) << "to the last bit";
   for (Index v = 0; v < target.NumberOfPoints(); ++v)
   {
     request.Blend(v) = target.Points(v, 2) > 0.0 ? 1.0F : 0.0F;
   }
-  const ExampleSynthesis halves = SynthesizeFromExample(Bumps(), target, request);
+  const ExampleSynthesis halves = SynthesizeFromExample(bumps, target, request);
   double high = 0.0, flat = 0.0;
   for (Index v = 0; v < halves.Level.Base.rows(); ++v)
   {
