@@ -13,6 +13,7 @@
 
 #include <vtkInformationVector.h>
 #include <vtkPolyData.h>
+#include <vtkSmartPointer.h>
 
 #include <cmath>
 
@@ -96,12 +97,13 @@ void TextureExampleInput::Read(vtkInformationVector* textured, vtkInformationVec
   {
     return;
   }
-  this->Known = std::move(key);
-  this->Cut.reset();
-  this->Counts.reset();
+  this->Clear(); // so that nothing stale is left where memory ends
   this->Textured = points.Compact(surface.Mesh);
-  this->Form = form ? std::optional<TriangleMesh>(UsedPoints(form->Mesh).Compact(form->Mesh)) : std::nullopt;
-  this->Margin = 0.0;
+  if (form)
+  {
+    this->Form = UsedPoints(form->Mesh).Compact(form->Mesh);
+  }
+  this->Known = std::move(key);
 }
 
 /// Smooths the example where there is no plain one.
@@ -121,6 +123,7 @@ void TextureExampleInput::Clear()
   this->Known = {};
   this->Textured = {};
   this->Form.reset();
+  this->Margin = 0.0;
   this->Cut.reset();
   this->Counts.reset();
 }

@@ -167,7 +167,7 @@ void GeometricTextureFromExample(benchmark::State& state, const TriangleMesh& me
     benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 
-/// The search for the nearest of 32,768 patches, for as many patches as the mesh has points.
+/// The search for the nearest of up to 131,072 patches, for as many patches as the mesh has points.
 void NearestPatchesOfExample(benchmark::State& state, const TriangleMesh& mesh)
 {
   const ExamplePatches& scale = WavesOfBall().Scales().front();

@@ -301,8 +301,8 @@ def geometric_texture_distance(
     """Distance of the geometric textures of two surfaces, whatever their shape.
 
     The sliced Wasserstein-1 distance of the 12 features of each triangle that the networks of geometric textures take;
-    triangles on a boundary do not count, unless all lie there. It is 0 for the same triangulated surface moved, turned and, without unit lengths, scaled. It depends on the
-    triangulation: compare surfaces whose triangles were made in the same way, for instance level k of a synthesized
+    triangles on a boundary do not count, unless all lie there. It is 0 for the same triangulated surface moved, turned
+    and, without unit lengths, scaled. It depends on the triangulation: compare surfaces whose triangles were made in the same way, for instance level k of a synthesized
     texture with level k of the reference, beside the bare target subdivided as often.
 
     Parameters

@@ -47,7 +47,8 @@ def geometric_texture_from_example(
     Synthesis", 2021; Elnekave and Weiss, "Generating Natural Images with Direct Patch Distributions Matching", 2022). Then the
     nearest patch of the example replaces each one, and their mean overlapping ones (Kwatra et al., "Texture Optimization for
     Example-based Synthesis", 2005; Granot et al., "Drop the GAN", 2022), in which patches count less the less they agree, and
-    which is stretched until patches vary as widely as those of the example. The same seed gives the same bits for every number of threads.
+    which is stretched until patches vary as widely as those of the example. The same seed gives the same bits for every number
+    of threads.
 
     Parameters
     ----------
@@ -107,7 +108,8 @@ def geometric_texture_from_example(
     second_plain_example : vtkPolyData or pair (points, triangles), optional
         The second example without its texture: the same triangles, other points. Never modified. Default: its smooth form.
     second_smoothing_length : float, optional
-        The ``smoothing_length`` of the second example, world units of that example; not with ``second_plain_example``. Default: a tenth of the root of its area.
+        The ``smoothing_length`` of the second example, world units of that example; not with ``second_plain_example``. Default:
+        a tenth of the root of its area.
     blend : str, optional
         Name of a point array of the target with one component, from 0 to 1, the share of the second example: features of the
         first at 0, of the second at 1, and between them islands of both, about as wide as a feature of mean size, that cover such
