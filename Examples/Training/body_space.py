@@ -400,7 +400,7 @@ class Evaluation:
 def generated(options, mesh, count):
     """Samples of the model, [N, V, 3], and their seconds on the standard error stream."""
     started = time.monotonic()
-    samples = surfacesynthesis.deform(mesh, options.model, seed=options.seed, samples=count, steps=options.steps)
+    samples = surfacesynthesis.deform(mesh, options.model, seed=options.seed, samples=count, steps=options.steps, corrections=options.corrections)
     print(f"{count} samples on {len(mesh[0]):,} points: {time.monotonic() - started:.0f} s", file=sys.stderr, flush=True)
     return np.asarray(samples, dtype=float).reshape(count, -1, 3)
 
@@ -439,6 +439,7 @@ def parsed(arguments):
     parser.add_argument("--faces", type=int, nargs="+", default=[5000, 200000], metavar="F", help="default: 5000 200000")
     parser.add_argument("--samples", type=int, nargs="+", default=[100], metavar="N", help="for each of --faces (default: 100)")
     parser.add_argument("--steps", type=int, default=10, metavar="N", help="of the flow (default: 10)")
+    parser.add_argument("--corrections", type=int, metavar="N", help="of each sample (default: what suits the model)")
     parser.add_argument("--seed", type=int, default=1, help="default: 1")
     parser.add_argument("--csv", metavar="FILE", help="write the table")
     options = parser.parse_args(arguments)

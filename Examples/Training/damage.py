@@ -170,7 +170,7 @@ def residuals_of(options, seen, mesh, normalization):
         warnings.simplefilter("ignore", surfacesynthesis.SurfaceSynthesisWarning)  # half of a body is unlike the training
         try:
             samples = surfacesynthesis.deform(
-                mesh, options.model, seed=options.seed, samples=options.samples, steps=options.steps, **normalization
+                mesh, options.model, seed=options.seed, samples=options.samples, steps=options.steps, corrections=options.corrections, **normalization
             )
         except surfacesynthesis.SurfaceSynthesisError as error:
             if not any(words in str(error) for words in UNBOUNDED):
@@ -195,6 +195,7 @@ def parsed(arguments):
     parser.add_argument("--vertices", type=int, default=2500, metavar="V", help="default: 2500")
     parser.add_argument("--samples", type=int, default=100, metavar="N", help="of each surface (default: 100)")
     parser.add_argument("--steps", type=int, default=10, metavar="N", help="of the flow (default: 10)")
+    parser.add_argument("--corrections", type=int, metavar="N", help="of each sample (default: what suits the model)")
     parser.add_argument("--seed", type=int, default=0, help="default: 0")
     parser.add_argument("--csv", metavar="FILE", help="write the table")
     return parser.parse_args(arguments)

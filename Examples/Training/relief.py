@@ -122,6 +122,7 @@ def parsed(arguments):
                         help="sizes of triangulations (default: 5000 52000 832000)")  # fmt: skip
     parser.add_argument("--samples", type=int, default=3, help="default: 3")
     parser.add_argument("--steps", type=int, default=20, help="of the flow (default: 20)")
+    parser.add_argument("--corrections", type=int, metavar="N", help="of each sample (default: what suits the model)")
     parser.add_argument("--seed", type=int, default=1, help="default: 1")
     return parser.parse_args(arguments)
 
@@ -136,7 +137,7 @@ def main(arguments=None):
         mesh = with_faces(original, faces)
         relief, pair = Relief(mesh, bent), points_and_triangles(mesh)
         samples = surfacesynthesis.deform(
-            pair, options.model, seed=options.seed, samples=options.samples, steps=options.steps
+            pair, options.model, seed=options.seed, samples=options.samples, steps=options.steps, corrections=options.corrections
         )
         found = np.quantile(np.concatenate([relief.angles(sample) for sample in samples]), QUANTILES)
         ratios = found / np.quantile(relief.angles(pair[0]), QUANTILES)

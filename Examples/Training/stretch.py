@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Measures where samples of a model of poses are stretched: by steps of the flow, parts of the body and wavelengths.
 
-    python3 stretch.py DATA [--model FILE] [--test armadillo_poses] [--samples 20] [--steps 5 10 20]
+    python3 stretch.py DATA [--model FILE] [--test armadillo_poses] [--samples 20] [--steps 5 10 20] [--corrections N]
 
 DATA is the folder of make_datasets.py. Stretch is the root mean square of the logarithm of how much longer edges are than
 those of the source. Prints it for each number of steps, beside that of poses of the data. With the last number of steps: the
@@ -76,6 +76,7 @@ def parsed(arguments):
     parser.add_argument("--test", default="armadillo_poses", metavar="NAME", help="dataset (default: armadillo_poses)")
     parser.add_argument("--samples", type=int, default=20, help="default: 20")
     parser.add_argument("--steps", type=int, nargs="+", default=[5, 10, 20], metavar="N", help="default: 5 10 20")
+    parser.add_argument("--corrections", type=int, metavar="N", help="of each sample (default: what suits the model)")
     parser.add_argument("--seed", type=int, default=1, help="default: 1")
     return parser.parse_args(arguments)
 
@@ -86,7 +87,9 @@ def main(arguments=None):
     mesh, data = dataset.mesh, dataset.samples[: options.samples]
     rows = [("of the data", stretch(mesh, data))]
     for steps in options.steps:
-        samples = surfacesynthesis.deform(mesh, options.model, seed=options.seed, samples=options.samples, steps=steps)
+        samples = surfacesynthesis.deform(
+            mesh, options.model, seed=options.seed, samples=options.samples, steps=steps, corrections=options.corrections
+        )
         rows.append((str(steps), stretch(mesh, samples)))
     print_table(("steps", "stretch"), rows)
     space = PoseSpace(mesh, dataset.samples)

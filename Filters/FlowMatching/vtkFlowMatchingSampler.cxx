@@ -220,6 +220,7 @@ private:
     request.Stream = surface.FlatIndex;
     request.Steps = this->Self->NumberOfSteps;
     request.Integrator = static_cast<surfsynth::FlowIntegrator>(this->Self->Integrator);
+    request.Corrections = this->Corrections();
     return request;
   }
 
@@ -235,10 +236,17 @@ private:
       surfsynth::ReadPointRows(surface, samples.Points(), array, this->Model->Components()));
   }
 
+  int Corrections() const
+  {
+    return this->Self->NumberOfCorrections < 0 ? surfsynth::SuitableCorrections(*this->Model)
+                                               : this->Self->NumberOfCorrections;
+  }
+
   vtkTypeInt64 EvaluationsOfSample() const
   {
     return static_cast<vtkTypeInt64>(this->Self->NumberOfSteps) *
-      surfsynth::EvaluationsPerStep(static_cast<surfsynth::FlowIntegrator>(this->Self->Integrator));
+      surfsynth::EvaluationsPerStep(static_cast<surfsynth::FlowIntegrator>(this->Self->Integrator)) +
+      this->Corrections();
   }
 
   FlowSamples& Build(const Surface& surface, const surfsynth::Progress& progress)
@@ -463,6 +471,7 @@ void vtkFlowMatchingSampler::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "MemoryLimit: " << this->MemoryLimit << "\n";
   os << indent << "NumberOfSteps: " << this->NumberOfSteps << "\n";
   os << indent << "Integrator: " << this->Integrator << "\n";
+  os << indent << "NumberOfCorrections: " << this->NumberOfCorrections << "\n";
   os << indent << "ComponentCoupling: " << this->ComponentCoupling << "\n";
   os << indent << "CouplingWeight: " << this->CouplingWeight << "\n";
   os << indent << "CouplingDistance: " << this->CouplingDistance << "\n";

@@ -49,12 +49,12 @@
  *
  * @par Cost
  * Operators and factorisations once for each mesh and model, kept until one of them changes; one solve and
- * NumberOfSteps evaluations of the network (2 NumberOfSteps for MIDPOINT, 4 NumberOfSteps for RUNGE_KUTTA_4) for each
- * sample. Samples are kept too: an update evaluates the network only for samples that the last one lacks. Memory for
+ * NumberOfSteps evaluations of the network (2 NumberOfSteps for MIDPOINT, 4 NumberOfSteps for RUNGE_KUTTA_4), and one for each
+ * correction, for each sample. Samples are kept too: an update evaluates the network only for samples that the last one lacks. Memory for
  * them: 8 bytes for each sample, point and component, with OutputTrajectory 4 (NumberOfSteps + 1) bytes.
  *
- * A sample depends on the model, the mesh, Seed and its number (or the noise that is given), NumberOfSteps and
- * Integrator alone: it has the same bits for every number of threads, and alone or in a batch.
+ * A sample depends on the model, the mesh, Seed and its number (or the noise that is given), NumberOfSteps, Integrator and
+ * NumberOfCorrections alone: it has the same bits for every number of threads, and alone or in a batch.
  * Another kind of processor may give other last bits: Reproducibility in README.md.
  *
  * @sa vtkFlowMatchingDeformer, vtkMaternNoiseFilter, vtkPoissonNetFilter, vtkSurfaceRepairFilter
@@ -173,6 +173,18 @@ public:
   void SetIntegratorToEuler() { this->SetIntegrator(EULER); }
   void SetIntegratorToMidpoint() { this->SetIntegrator(MIDPOINT); }
   void SetIntegratorToRungeKutta4() { this->SetIntegrator(RUNGE_KUTTA_4); }
+  ///@}
+
+  ///@{
+  /**
+   * Number of corrections of a sample at the end of its flow, from 0 (none, as published) to 100; -1 stands for the number
+   * that suits the model: 2 where it predicts the data, as models of shapes do that vtkFlowMatchingTrainer trains, else 0. With n
+   * corrections the signal f is replaced for k = 1, ..., n with the data that the model expects from t f at flow time t = 1/2 +
+   * k / (2 (n + 1)): f <- t f + (1 - t) v(t f, t). Errors of the flow are removed as if they were noise [Alain2014]; too many
+   * corrections remove detail of the data as well. Default -1.
+   */
+  vtkSetClampMacro(NumberOfCorrections, int, -1, 100);
+  vtkGetMacro(NumberOfCorrections, int);
   ///@}
 
   ///@{
@@ -331,6 +343,7 @@ private:
   int MemoryLimit = 0;
   int NumberOfSteps = 20;
   int Integrator = MIDPOINT;
+  int NumberOfCorrections = -1;
   bool ComponentCoupling = false;
   double CouplingWeight = 1e6;
   double CouplingDistance = 0.0;

@@ -45,6 +45,7 @@ FLOW = {
     "NumberOfSamples": 2,
     "NumberOfSteps": 3,
     "Integrator": "Euler",
+    "NumberOfCorrections": 1,
     "OutputTrajectory": 1,
     "InitialNoiseArrayName": "Start",
 }

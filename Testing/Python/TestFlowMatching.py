@@ -133,6 +133,12 @@ def test_integrators_differ(ball, model):
     assert not np.array_equal(results[0], results[1]) and not np.array_equal(results[1], results[2])
 
 
+def test_corrections_change_the_end_of_the_flow_alone(ball, model):
+    plain, corrected = (deform(ball, model, steps=STEPS, trajectory=True, corrections=number) for number in (0, 2))
+    assert np.array_equal(plain[:-1], corrected[:-1]) and not np.allclose(plain[-1], corrected[-1], atol=1e-6)
+    assert np.array_equal(deform(ball, model, steps=STEPS), plain[-1]), "none suits a model that predicts velocities"
+
+
 def test_signals(ball, mixture, model):
     output = sample_signal(polydata_of(*ball), mixture, seed=1, steps=STEPS)
     values = sample_signal(ball, mixture, seed=1, steps=STEPS)
@@ -179,6 +185,8 @@ def test_errors_are_exceptions(ball, model, mixture, tmp_path):
         {"steps": 0},
         {"steps": 10001},
         {"integrator": "leapfrog"},
+        {"corrections": -1},
+        {"corrections": 101},
         {"trajectory": 1},
         {"move_points": "yes"},
         {"displacement_name": ""},

@@ -41,6 +41,10 @@ int EvaluationsPerStep(FlowIntegrator integrator)
   return integrator == FlowIntegrator::Euler ? 1 : integrator == FlowIntegrator::Midpoint ? 2 : 4;
 }
 
+double CorrectionTime(int k, int corrections) { return 0.5 + 0.5 * (k + 1.0) / (corrections + 1.0); }
+
+int SuitableCorrections(const FlowMatchingModel& model) { return model.Prediction == FlowPrediction::Data ? 2 : 0; }
+
 class FlowMatchingSampler::Internals
 {
 public:
@@ -231,9 +235,15 @@ FeatureMatrix FlowMatchingSampler::Integrate(
   {
     throw InvalidInput("FlowMatchingSampler: " + std::to_string(request.Steps) + " steps; expected at least 1.");
   }
+  if (request.Corrections < 0)
+  {
+    throw InvalidInput(
+      "FlowMatchingSampler: " + std::to_string(request.Corrections) + " corrections; expected at least 0.");
+  }
   FeatureMatrix state = std::move(noise);
   const auto step = static_cast<float>(1.0 / request.Steps);
-  const double evaluations = static_cast<double>(request.Steps) * EvaluationsPerStep(request.Integrator);
+  const double evaluations =
+    static_cast<double>(request.Steps) * EvaluationsPerStep(request.Integrator) + request.Corrections;
   const float largest = LargestState(state.size() > 0 ? state.cwiseAbs().maxCoeff() : 0.0F);
   int done = 0;
   const auto velocity = [&](const FeatureMatrix& at, double time) {
@@ -268,6 +278,12 @@ FeatureMatrix FlowMatchingSampler::Integrate(
         break;
       }
     }
+  }
+  for (int k = 0; k < request.Corrections; ++k)
+  {
+    const double time = CorrectionTime(k, request.Corrections);
+    state *= static_cast<float>(time);
+    state += static_cast<float>(RemainingTime(time)) * velocity(state, time);
   }
   RequireBounded(state, largest, 1.0);
   if (observe)

@@ -99,6 +99,7 @@ TEST(FlowMatchingCaching, UnchangedParametersCostNoExecutionAndEachChangeExactly
     { "FirstSample", [](Filter* f) { f->SetFirstSample(2); } },
     { "NumberOfSteps", [](Filter* f) { f->SetNumberOfSteps(3); } },
     { "Integrator", [](Filter* f) { f->SetIntegratorToEuler(); } },
+    { "NumberOfCorrections", [](Filter* f) { f->SetNumberOfCorrections(1); } },
     { "MovePoints", [](Filter* f) { f->MovePointsOff(); } },
     { "SignalArrayName", [](Filter* f) { f->SetSignalArrayName("A"); } },
     { "InitialNoiseArrayName", [](Filter* f) { f->SetInitialNoiseArrayName("B"); } },
@@ -122,6 +123,8 @@ TEST(FlowMatchingCaching, WhatIsTheSameIsNotComputedAgain)
   EXPECT_EQ(CostOf(filter, [](Filter* f) { f->MovePointsOff(); }), (Cost{ 0, 0, 0 }));
   EXPECT_EQ(CostOf(filter, [](Filter* f) { f->SetIntegratorToRungeKutta4(); }), (Cost{ 0, 0, 2 * OneSample }));
   EXPECT_EQ(CostOf(filter, [](Filter* f) { f->SetIntegratorToMidpoint(); }), (Cost{ 0, 0, OneSample }));
+  EXPECT_EQ(CostOf(filter, [](Filter* f) { f->SetNumberOfCorrections(3); }), (Cost{ 0, 0, OneSample + 3 }));
+  EXPECT_EQ(CostOf(filter, [](Filter* f) { f->SetNumberOfCorrections(0); }), (Cost{ 0, 0, OneSample }));
   EXPECT_EQ(CostOf(filter, [](Filter* f) { f->SetNumberOfSamples(3); }), (Cost{ 0, 0, 2 * OneSample }))
     << "the first sample is there";
   EXPECT_EQ(CostOf(filter, [](Filter* f) { f->SetFirstSample(1); }), (Cost{ 0, 0, OneSample })) << "and two of these";

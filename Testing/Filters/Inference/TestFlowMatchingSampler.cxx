@@ -223,6 +223,36 @@ TEST(FlowMatchingSampler, IntegratorsConvergeAtTheirOrder)
   EXPECT_LT(error(8, FlowIntegrator::RungeKutta4), error(8, FlowIntegrator::Midpoint) / 10.0);
 }
 
+// f <- t f + (1 - t) v(t f, t), one after another, for both kinds of model; only the state at the end is corrected.
+TEST(FlowMatchingSampler, CorrectionsAreTheDataThatTheModelExpectsFromTheEndOfTheFlow)
+{
+  EXPECT_DOUBLE_EQ(CorrectionTime(0, 1), 0.75);
+  EXPECT_DOUBLE_EQ(CorrectionTime(0, 3), 0.625);
+  EXPECT_DOUBLE_EQ(CorrectionTime(2, 3), 0.875);
+  FlowMatchingModel model = test::RandomDeformer(Surface());
+  for (const FlowPrediction prediction : { FlowPrediction::Velocity, FlowPrediction::Data })
+  {
+    model.Prediction = prediction;
+    EXPECT_EQ(SuitableCorrections(model), prediction == FlowPrediction::Data ? 2 : 0);
+    const FlowMatchingSampler sampler(Shared(model), Surface());
+    FlowSampleRequest request = Request(3);
+    const FeatureMatrix flow = Sampled(sampler, request);
+    FeatureMatrix expected = flow;
+    for (const float time : { 2.0F / 3.0F, 5.0F / 6.0F })
+    {
+      const FeatureMatrix state = time * expected;
+      expected = state + (1.0F - time) * sampler.Velocity(state, time);
+    }
+    request.Corrections = 2;
+    std::vector<FeatureMatrix> states;
+    sampler.Integrate(sampler.InitialNoise(request), request,
+      [&](double, const FeatureMatrix& state) { states.push_back(state); });
+    ASSERT_EQ(states.size(), 4U);
+    EXPECT_LE(Difference(states.back(), expected), 1e-6);
+    EXPECT_GT(Difference(states.back(), flow), 1e-3);
+  }
+}
+
 TEST(FlowMatchingSampler, TheObserverSeesTheStateAfterEachStep)
 {
   const FlowMatchingSampler sampler = Deformer();
@@ -533,6 +563,9 @@ TEST(FlowMatchingSampler, WhatCannotBeSampledIsNamed)
   const FlowMatchingSampler sampler = Deformer();
   const FeatureMatrix noise = sampler.InitialNoise({});
   EXPECT_THAT(MessageOf([&] { sampler.Integrate(noise, Request(0)); }), HasSubstr("0 steps; expected at least 1"));
+  FlowSampleRequest negative;
+  negative.Corrections = -1;
+  EXPECT_THAT(MessageOf([&] { sampler.Integrate(noise, negative); }), HasSubstr("-1 corrections; expected at least 0"));
   EXPECT_THAT(MessageOf([&] { sampler.Integrate(noise.topRows(5), Request(2)); }), HasSubstr("signal is [5, 3]"));
   EXPECT_THAT(MessageOf([&] { Deformer(test::Join(Surface(), Surface())); }), HasSubstr("component"));
   EXPECT_THAT(MessageOf([&] { Deformer(test::MoebiusStrip(12, 3)); }), HasSubstr("wound in opposite senses"));

@@ -81,6 +81,12 @@ def _add(commands, name, text, description, epilog):
         metavar="HOW",
         help="method of a step: euler, midpoint (default) or runge_kutta_4",
     )
+    flow.add_argument(
+        "--corrections",
+        type=int,
+        metavar="N",
+        help="corrections of a sample at the end of its flow (default: 2 for models that predict data, else 0)",
+    )
     add_coupling_options(flow)
     flow.add_argument(
         "--normalization-area",
@@ -115,6 +121,7 @@ def run(arguments):
         memory_limit=arguments.memory_limit,
         steps=arguments.steps,
         integrator=arguments.integrator,
+        corrections=arguments.corrections,
         trajectory=arguments.trajectory,
         **coupling_of(arguments),
         normalization_area=arguments.normalization_area,
