@@ -400,7 +400,9 @@ class Evaluation:
 def generated(options, mesh, count):
     """Samples of the model, [N, V, 3], and their seconds on the standard error stream."""
     started = time.monotonic()
-    samples = surfacesynthesis.deform(mesh, options.model, seed=options.seed, samples=count, steps=options.steps, corrections=options.corrections)
+    samples = surfacesynthesis.deform(
+        mesh, options.model, seed=options.seed, samples=count, steps=options.steps, corrections=options.corrections
+    )
     print(f"{count} samples on {len(mesh[0]):,} points: {time.monotonic() - started:.0f} s", file=sys.stderr, flush=True)
     return np.asarray(samples, dtype=float).reshape(count, -1, 3)
 

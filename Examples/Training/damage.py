@@ -170,7 +170,13 @@ def residuals_of(options, seen, mesh, normalization):
         warnings.simplefilter("ignore", surfacesynthesis.SurfaceSynthesisWarning)  # half of a body is unlike the training
         try:
             samples = surfacesynthesis.deform(
-                mesh, options.model, seed=options.seed, samples=options.samples, steps=options.steps, corrections=options.corrections, **normalization
+                mesh,
+                options.model,
+                seed=options.seed,
+                samples=options.samples,
+                steps=options.steps,
+                corrections=options.corrections,
+                **normalization,
             )
         except surfacesynthesis.SurfaceSynthesisError as error:
             if not any(words in str(error) for words in UNBOUNDED):

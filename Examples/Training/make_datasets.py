@@ -4,12 +4,15 @@ bunny.
 
     python3 make_datasets.py FOLDER [options]
 
-writes twelve files, each with one surface and many samples of a signal on it (see surfacesynthesis.read_signal_dataset):
+writes fourteen files, each with one surface, or several, and many samples of a signal on it (see
+surfacesynthesis.read_signal_dataset):
 
     armadillo_poses.safetensors      poses of the armadillo, simplified to 5,000 triangles that are small where it is
                                      curved: to end a training with
     armadillo_uneven.safetensors     the same poses on a triangulation that is dense on one side: so that a model does not
                                      learn one triangulation
+    armadillo_many.safetensors       the same poses on six triangulations, from 1,280 to 8,000 triangles, even, dense where the
+                                     surface is curved and dense on one side: so that a model learns none of them
     armadillo_medium.safetensors     the same poses and more, on 1,280 triangles
     armadillo_coarse.safetensors     these, carried to 260 triangles: to begin a training with
     armadillo_test.safetensors       other poses, on a triangulation that is dense on the other side
@@ -17,6 +20,7 @@ writes twelve files, each with one surface and many samples of a signal on it (s
     bent_medium.safetensors          poses of the armadillo whose limbs turn by up to 120 degrees in place of 60, on 1,280
                                      triangles
     bent_coarse.safetensors          these, carried to 260 triangles
+    bent_many.safetensors            the same poses on the triangulations of armadillo_many
     bent_test.safetensors            other such poses, on the triangulation of armadillo_test
     bunny_mixtures.safetensors       mixtures on the bunny, remeshed to 4,000 triangles: to end a training with
     bunny_coarse.safetensors         these, carried to 1,000 triangles: to begin a training with
@@ -25,8 +29,8 @@ writes twelve files, each with one surface and many samples of a signal on it (s
 Training samples begin at number 0 and test samples at number 100,000 of the same seed, so that all are different. The
 extremities of the armadillo and their joints are found on its original triangulation: sample k is the same pose on all.
 Triangulations keep ears, claws and fingers: they are decimated with the least error, or remeshed with shorter edges where the
-surface is thin. Numbers of samples and points are options; with the defaults the files are about 280 MB together, and it
-takes some twenty minutes on two processors, most of it for the original triangulation (--only makes some of it only). The
+surface is thin. Numbers of samples and points are options; with the defaults the files are about 470 MB together, and it
+takes some twenty-five minutes on two processors, most of it for the original triangulation (--only makes some of it only). The
 surfaces come from Debian's package libcgal-demo, or from files.
 """
 
@@ -149,6 +153,13 @@ class Maker:
         made = surfacesynthesis.poses
         return self._write(name, "Position", made, mesh, samples, first_sample, template=template, **options)
 
+    def many_poses(self, name, meshes, template, samples, **options):
+        """The same poses on several triangulations, in one file."""
+        started = time.monotonic()
+        options = {"seed": self._seed, "template": template, "progress": self._show, **options}
+        sources = [(mesh, surfacesynthesis.poses(mesh, samples, **options)) for mesh in meshes]
+        self._write_sources(name, "Position", sources, started)
+
     def mixtures(self, name, mesh, samples, first_sample):
         """Returns the mixtures, [N, V]."""
         return self._write(name, "Mixture", surfacesynthesis.gaussian_mixtures, mesh, samples, first_sample)
@@ -161,11 +172,15 @@ class Maker:
     def _write(self, name, signal, make, mesh, samples, first_sample, **options):
         started = time.monotonic()
         values = make(mesh, samples, seed=self._seed, first_sample=first_sample, progress=self._show, **options)
-        path = os.path.join(self._folder, name)
-        surfacesynthesis.write_signal_dataset(path, [(mesh, values)], signal)
-        seconds = time.monotonic() - started
-        print(f"\r{samples:,} samples on {mesh.GetNumberOfPoints():,} points, {seconds:.0f} s -> {path}", flush=True)
+        self._write_sources(name, signal, [(mesh, values)], started)
         return values
+
+    def _write_sources(self, name, signal, sources, started):
+        path = os.path.join(self._folder, name)
+        surfacesynthesis.write_signal_dataset(path, sources, signal)
+        points = ", ".join(f"{mesh.GetNumberOfPoints():,}" for mesh, _ in sources)
+        seconds = time.monotonic() - started
+        print(f"\r{len(sources[0][1]):,} samples on {points} points, {seconds:.0f} s -> {path}", flush=True)
 
     def _show(self, fraction):
         if self._progress:
@@ -181,6 +196,7 @@ def parsed(arguments):
     parser.add_argument("--bunny", metavar="FILE", help="a surface for mixtures instead")
     parser.add_argument("--poses", type=int, default=2500, metavar="N", help="poses to train with (default: 2500)")
     parser.add_argument("--coarse-poses", type=int, default=6000, metavar="N", help="on few triangles (default: 6000)")
+    parser.add_argument("--many-poses", type=int, default=600, metavar="N", help="on each of many (default: 600)")
     parser.add_argument("--test-poses", type=int, default=300, metavar="N", help="poses to test with (default: 300)")
     parser.add_argument("--full-poses", type=int, default=100, metavar="N", help="on the original (default: 100)")
     parser.add_argument("--mixtures", type=int, default=6000, metavar="N", help="mixtures to train with (default: 6000)")
@@ -213,11 +229,24 @@ def make_poses(options, make):
     uneven = remeshed(armadillo, options.uneven_pose_vertices, 1.0 / options.ratio)
     make.poses("armadillo_uneven.safetensors", uneven, armadillo, options.poses, 0)
     make_coarse_and_uneven(options, make, armadillo, "armadillo", 60.0)
+    make.many_poses("armadillo_many.safetensors", triangulations(options, armadillo), armadillo, options.many_poses)
     make.poses("armadillo_full_test.safetensors", armadillo, armadillo, options.full_poses, FIRST_TEST_SAMPLE)
 
 
 def make_bent(options, make):
-    make_coarse_and_uneven(options, make, surface(options.armadillo, "armadillo.off"), "bent", options.angle)
+    armadillo = surface(options.armadillo, "armadillo.off")
+    make_coarse_and_uneven(options, make, armadillo, "bent", options.angle)
+    many = triangulations(options, armadillo)
+    make.many_poses("bent_many.safetensors", many, armadillo, options.many_poses, maximum_angle=options.angle)
+
+
+def triangulations(options, surface):
+    """Six of them, none dense on the side on which those of the test files are."""
+    count, dense = options.pose_vertices, 1.0 / options.ratio
+    simple = [simplified(surface, vertices) for vertices in (options.coarse_pose_vertices[0], count)]
+    few, more = round(0.6 * count), round(1.6 * count)
+    sizes = (few, 1.0), (more, 1.0), (few, dense), (options.uneven_pose_vertices, dense)
+    return simple + [remeshed(surface, *size) for size in sizes]
 
 
 def make_coarse_and_uneven(options, make, surface, name, angle):

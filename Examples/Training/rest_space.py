@@ -197,7 +197,8 @@ def measured(options):
         return {"samples of": name, "triangles": len(mesh[1]), "count": count, "seeds": len(rows), **summary(rows)}
 
     def of_model(mesh):
-        return [surfacesynthesis.deform(mesh, options.model, seed=seed, samples=count, steps=options.steps, corrections=options.corrections) for seed in seeds]
+        flow = {"samples": count, "steps": options.steps, "corrections": options.corrections}
+        return [surfacesynthesis.deform(mesh, options.model, seed=seed, **flow) for seed in seeds]
 
     def rows_of_model(mesh):
         ensembles = of_model(mesh)

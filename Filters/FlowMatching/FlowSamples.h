@@ -36,8 +36,8 @@ public:
   const FlowMatchingSampler& Sampler() const { return this->Flow; }
 
   /// Drops the samples with numbers outside [@p first, @p first + @p count), and all that were drawn with another seed,
-  /// number of steps or corrections, or integrator than those of @p request, or other noise than @p noise: the states at flow time 0
-  /// for Draw(), or an empty matrix for the noise of the request.
+  /// number of steps or corrections or integrator than @p request, or other noise than @p noise: the states at flow
+  /// time 0 for Draw(), or an empty matrix for the noise of the request.
   void Keep(const FlowSampleRequest& request, FeatureMatrix noise, std::int64_t first, std::int64_t count);
 
   /// Returns true when At() has the sample: at flow times 0 and 1, or with @p everyStep at all times.

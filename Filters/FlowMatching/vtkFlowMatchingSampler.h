@@ -43,18 +43,19 @@
  * @par Flow time
  * With OutputTrajectory the time of the pipeline is flow time: the filter announces the time steps 0, 1 /
  * NumberOfSteps, ..., 1 and outputs the state at the requested time: linear between two steps, constant before 0 and
- * after 1. All states are kept, so that a change of time costs no evaluation of the network. The input is then the one
- * that its source holds, or outputs without a requested time. An update without a requested time, and one without
- * OutputTrajectory, outputs flow time 1.
+ * after 1. The state at 1 is the corrected one (NumberOfCorrections). All states are kept, so that a change of time
+ * costs no evaluation of the network. The input is then the one that its source holds, or outputs without a requested
+ * time. An update without a requested time, and one without OutputTrajectory, outputs flow time 1.
  *
  * @par Cost
  * Operators and factorisations once for each mesh and model, kept until one of them changes; one solve and
- * NumberOfSteps evaluations of the network (2 NumberOfSteps for MIDPOINT, 4 NumberOfSteps for RUNGE_KUTTA_4), and one for each
- * correction, for each sample. Samples are kept too: an update evaluates the network only for samples that the last one lacks. Memory for
- * them: 8 bytes for each sample, point and component, with OutputTrajectory 4 (NumberOfSteps + 1) bytes.
+ * NumberOfSteps evaluations of the network (2 NumberOfSteps for MIDPOINT, 4 NumberOfSteps for RUNGE_KUTTA_4), and one
+ * for each correction, for each sample. Samples are kept too: an update evaluates the network only for samples that the
+ * last one lacks. Memory for them: 8 bytes for each sample, point and component, with OutputTrajectory 4 (NumberOfSteps
+ * + 1) bytes.
  *
- * A sample depends on the model, the mesh, Seed and its number (or the noise that is given), NumberOfSteps, Integrator and
- * NumberOfCorrections alone: it has the same bits for every number of threads, and alone or in a batch.
+ * A sample depends on the model, the mesh, Seed and its number (or the noise that is given), NumberOfSteps, Integrator
+ * and NumberOfCorrections alone: it has the same bits for every number of threads, and alone or in a batch.
  * Another kind of processor may give other last bits: Reproducibility in README.md.
  *
  * @sa vtkFlowMatchingDeformer, vtkMaternNoiseFilter, vtkPoissonNetFilter, vtkSurfaceRepairFilter
@@ -177,13 +178,13 @@ public:
 
   ///@{
   /**
-   * Number of corrections of a sample at the end of its flow, from 0 (none, as published) to 100; -1 stands for the number
-   * that suits the model: 2 where it predicts the data, as models of shapes do that vtkFlowMatchingTrainer trains, else 0. With n
-   * corrections the signal f is replaced for k = 1, ..., n with the data that the model expects from t f at flow time t = 1/2 +
-   * k / (2 (n + 1)): f <- t f + (1 - t) v(t f, t). Errors of the flow are removed as if they were noise [Alain2014]; too many
-   * corrections remove detail of the data as well. Default -1.
+   * Number of corrections of a sample at the end of its flow, from 0 (none, as published) to 20; -1 stands for the
+   * number that suits the model: 2 where it predicts the data (vtkFlowMatchingTrainer::SetPrediction(), AUTOMATIC for
+   * positions), else 0. With n corrections the signal f is replaced for k = 1, ..., n with the data that the model
+   * expects from t f at flow time t = 1/2 + k / (2 (n + 1)): f <- t f + (1 - t) v(t f, t). Errors of the flow are
+   * removed as if they were noise [Alain2014]; too many corrections remove detail of the data as well. Default -1.
    */
-  vtkSetClampMacro(NumberOfCorrections, int, -1, 100);
+  vtkSetClampMacro(NumberOfCorrections, int, -1, 20);
   vtkGetMacro(NumberOfCorrections, int);
   ///@}
 
@@ -291,7 +292,7 @@ public:
 
   /**
    * Number of meshes assembled and factored since this object was made. Unchanged while only seeds, numbers of samples,
-   * steps or names change.
+   * steps or corrections, or names change.
    */
   vtkTypeInt64 GetNumberOfFactorizations() const;
 

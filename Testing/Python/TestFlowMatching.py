@@ -186,7 +186,7 @@ def test_errors_are_exceptions(ball, model, mixture, tmp_path):
         {"steps": 10001},
         {"integrator": "leapfrog"},
         {"corrections": -1},
-        {"corrections": 101},
+        {"corrections": 21},
         {"trajectory": 1},
         {"move_points": "yes"},
         {"displacement_name": ""},
@@ -319,7 +319,13 @@ def test_normalizations_are_checked(ball, model, mixture, wrong, text):
 def test_command_samples_signals(files, mixture, capsys):
     source, folder = files
     target = str(folder / "signal.vtp")
-    assert main(["sample", source, target, "--model", str(mixture), "--seed", "2", "--steps", "3", "--name", "Heat"]) == 0
+    flow = ["--model", str(mixture), "--seed", "2", "--steps", "3"]
+    assert main(["sample", source, target, *flow, "--corrections", "1"]) == 0
+    corrected = sample_signal(read_mesh(source), mixture, seed=2, steps=3, corrections=1)
+    found = read_mesh(target).GetPointData().GetArray("Mixture")
+    assert np.array_equal(vtk_to_numpy(found), vtk_to_numpy(corrected.GetPointData().GetArray("Mixture")))
+    capsys.readouterr()
+    assert main(["sample", source, target, *flow, "--name", "Heat"]) == 0
     assert '"Mixture"' in capsys.readouterr().out
     found = vtk_to_numpy(read_mesh(target).GetPointData().GetArray("Heat"))
     expected = sample_signal(read_mesh(source), mixture, seed=2, steps=3)
@@ -334,7 +340,7 @@ def test_command_says_what_is_wrong(files, model, mixture, capsys):
     out = str(folder / "o.vtp")
     assert main(["deform", source, out, "--model", str(mixture)]) == 1
     assert 'generates "Mixture"' in capsys.readouterr().err
-    for options in (["--steps", "0"], ["--integrator", "leapfrog"], ["--samples", "2", "--trajectory"]):
+    for options in (["--steps", "0"], ["--corrections", "21"], ["--integrator", "leapfrog"], ["--samples", "2", "--trajectory"]):
         assert main(["deform", source, out, "--model", str(model), *options]) == 2
     assert main(["deform", source, out]) == 2
     assert not (folder / "o.vtp").exists()

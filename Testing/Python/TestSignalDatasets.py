@@ -331,7 +331,7 @@ def test_the_command_says_what_is_wrong(tmp_path, ball, capsys, arguments, statu
 
 
 @needs_cgal
-def test_the_example_makes_its_twelve_files(tmp_path, ball, monkeypatch):
+def test_the_example_makes_its_fourteen_files(tmp_path, ball, monkeypatch):
     example = pathlib.Path(__file__).parents[2] / "Examples" / "Training" / "make_datasets.py"
     spec = importlib.util.spec_from_file_location("make_datasets", example)
     make_datasets = importlib.util.module_from_spec(spec)
@@ -340,7 +340,7 @@ def test_the_example_makes_its_twelve_files(tmp_path, ball, monkeypatch):
     surface = tmp_path / "ball.vtp"
     write_mesh(ball, surface)
     counts = {"--poses": 3, "--test-poses": 2, "--full-poses": 1, "--mixtures": 4, "--test-mixtures": 2}
-    counts.update({"--coarse-poses": 5})
+    counts.update({"--coarse-poses": 5, "--many-poses": 2})
     sizes = {"--uneven-pose-vertices": 250}
     sizes.update({"--pose-vertices": 200, "--mixture-vertices": 300, "--test-vertices": 400, "--coarse-mixture-vertices": 100})
     options = [str(word) for item in {**counts, **sizes}.items() for word in item]
@@ -360,6 +360,12 @@ def test_the_example_makes_its_twelve_files(tmp_path, ball, monkeypatch):
         "bunny_coarse": ("Mixture", 4, 100),
         "bunny_test": ("Mixture", 2, 400),
     }
+    for file, alone in (("armadillo_many", "armadillo_medium"), ("bent_many", "bent_medium")):
+        name, sources = read_signal_dataset(tmp_path / f"{file}.safetensors")
+        assert name == "Position" and all(len(source.signals) == 2 for source in sources)
+        assert [len(source.points) for source in sources] == pytest.approx([150, 200, 120, 320, 120, 250], rel=0.1)
+        (source,) = read_signal_dataset(tmp_path / f"{alone}.safetensors").sources
+        assert np.array_equal(sources[0].signals, source.signals[:2]), "the same poses on each"
     for file, (signal, samples, points) in expected.items():
         name, (source,) = read_signal_dataset(tmp_path / f"{file}.safetensors")
         assert name == signal and len(source.signals) == samples

@@ -7,7 +7,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <optional>
+#include <string>
+#include <utility>
 
 namespace surfsynth
 {
@@ -18,13 +21,43 @@ namespace
 /// near 1 at the end; beyond the limit the flow does not return.
 float LargestState(float noise) { return 100.0F * std::max(noise, 10.0F); }
 
+/// Largest number of corrections: the last one is at a flow time that leaves more than the least RemainingTime().
+constexpr int MostCorrections = 20;
+
 /// @throws InvalidInput when a state is beyond its limit.
-void RequireBounded(const FeatureMatrix& state, float largest, double time)
+void RequireBounded(const FeatureMatrix& state, float largest, const std::string& where)
 {
   if (!(state.cwiseAbs().maxCoeff() < largest))
   {
-    throw InvalidInput("FlowMatchingSampler: the state grows without bound at flow time " + FormatNumber(time) +
+    throw InvalidInput("FlowMatchingSampler: the state grows without bound " + where +
       "; expected a model that was trained on surfaces like this one.");
+  }
+}
+
+using VelocityFunction = std::function<FeatureMatrix(const FeatureMatrix& state, double time)>;
+
+/// Takes step @p k of @p request from @p state.
+void Step(FeatureMatrix& state, int k, const FlowSampleRequest& request, const VelocityFunction& velocity)
+{
+  const auto step = static_cast<float>(1.0 / request.Steps);
+  const double half = (k + 0.5) / request.Steps;
+  const FeatureMatrix first = velocity(state, static_cast<double>(k) / request.Steps);
+  switch (request.Integrator)
+  {
+    case FlowIntegrator::Euler:
+      state += step * first;
+      break;
+    case FlowIntegrator::Midpoint:
+      state += step * velocity(state + 0.5F * step * first, half);
+      break;
+    case FlowIntegrator::RungeKutta4:
+    {
+      const FeatureMatrix second = velocity(state + 0.5F * step * first, half);
+      const FeatureMatrix third = velocity(state + 0.5F * step * second, half);
+      const FeatureMatrix fourth = velocity(state + step * third, static_cast<double>(k + 1) / request.Steps);
+      state += step / 6.0F * (first + 2.0F * second + 2.0F * third + fourth);
+      break;
+    }
   }
 }
 
@@ -235,57 +268,41 @@ FeatureMatrix FlowMatchingSampler::Integrate(
   {
     throw InvalidInput("FlowMatchingSampler: " + std::to_string(request.Steps) + " steps; expected at least 1.");
   }
-  if (request.Corrections < 0)
+  if (request.Corrections < 0 || request.Corrections > MostCorrections)
   {
-    throw InvalidInput(
-      "FlowMatchingSampler: " + std::to_string(request.Corrections) + " corrections; expected at least 0.");
+    throw InvalidInput("FlowMatchingSampler: " + std::to_string(request.Corrections) + " corrections; expected 0 to " +
+      std::to_string(MostCorrections) + ".");
   }
   FeatureMatrix state = std::move(noise);
-  const auto step = static_cast<float>(1.0 / request.Steps);
-  const double evaluations =
-    static_cast<double>(request.Steps) * EvaluationsPerStep(request.Integrator) + request.Corrections;
+  const double evaluations = static_cast<double>(request.Steps) * EvaluationsPerStep(request.Integrator) +
+    request.Corrections;
   const float largest = LargestState(state.size() > 0 ? state.cwiseAbs().maxCoeff() : 0.0F);
   int done = 0;
-  const auto velocity = [&](const FeatureMatrix& at, double time) {
-    RequireBounded(at, largest, time);
+  const auto evaluated = [&](const FeatureMatrix& at, double time) {
     const Progress part = SubProgress(progress, done / evaluations, (done + 1) / evaluations);
     ++done;
     return this->Velocity(at, time, part);
   };
+  const VelocityFunction velocity = [&](const FeatureMatrix& at, double time) {
+    RequireBounded(at, largest, "at flow time " + FormatNumber(time));
+    return evaluated(at, time);
+  };
   for (int k = 0; k < request.Steps; ++k)
   {
-    const double time = static_cast<double>(k) / request.Steps;
-    const double half = (k + 0.5) / request.Steps;
     if (observe)
     {
-      observe(time, state);
+      observe(static_cast<double>(k) / request.Steps, state);
     }
-    const FeatureMatrix first = velocity(state, time);
-    switch (request.Integrator)
-    {
-      case FlowIntegrator::Euler:
-        state += step * first;
-        break;
-      case FlowIntegrator::Midpoint:
-        state += step * velocity(state + 0.5F * step * first, half);
-        break;
-      case FlowIntegrator::RungeKutta4:
-      {
-        const FeatureMatrix second = velocity(state + 0.5F * step * first, half);
-        const FeatureMatrix third = velocity(state + 0.5F * step * second, half);
-        const FeatureMatrix fourth = velocity(state + step * third, static_cast<double>(k + 1) / request.Steps);
-        state += step / 6.0F * (first + 2.0F * second + 2.0F * third + fourth);
-        break;
-      }
-    }
+    Step(state, k, request, velocity);
   }
+  RequireBounded(state, largest, "at flow time 1");
   for (int k = 0; k < request.Corrections; ++k)
   {
     const double time = CorrectionTime(k, request.Corrections);
     state *= static_cast<float>(time);
-    state += static_cast<float>(RemainingTime(time)) * velocity(state, time);
+    state += static_cast<float>(1.0 - time) * evaluated(state, time);
+    RequireBounded(state, largest, "in correction " + std::to_string(k + 1));
   }
-  RequireBounded(state, largest, 1.0);
   if (observe)
   {
     observe(1.0, state);

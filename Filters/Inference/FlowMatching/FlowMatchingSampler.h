@@ -42,18 +42,18 @@ struct FlowSampleRequest
   std::uint32_t Stream = 0;                             ///< see NormalKey::Stream
   int Steps = 20;                                       ///< number of steps of equal length, >= 1
   FlowIntegrator Integrator = FlowIntegrator::Midpoint; ///< method of each step
-  int Corrections = 0;                                  ///< number of corrections at the end, >= 0: CorrectionTime()
+  int Corrections = 0; ///< number of corrections at the end, 0 to 20; see CorrectionTime() and SuitableCorrections()
 };
 
 /// Flow time t of correction @p k of @p corrections, 0 <= k < corrections, equally spaced between 1/2 and 1:
-/// t = 1/2 + (k + 1) / (2 (corrections + 1)). A correction replaces the state f at the end of the flow with the data that the
-/// model expects from the state t f at time t, where no noise is added:
+/// t = 1/2 + (k + 1) / (2 (corrections + 1)). A correction replaces the state f at the end of the flow with the data that
+/// the model expects from the state t f at time t, where no noise is added:
 ///   f <- t f + (1 - t) v(t f, t).
-/// A model that has learned to remove noise moves a state towards the data that it was trained on [Alain2014]: errors of the
-/// integrated flow are taken for noise and removed.
+/// A model that has learned to remove noise moves a state towards the data that it was trained on [Alain2014]: errors of
+/// the integrated flow are taken for noise and removed.
 double CorrectionTime(int k, int corrections);
 
-/// Number of corrections that lowers the errors of samples of @p model: 2 for FlowPrediction::Data, else 0, as published.
+/// Number of corrections that suits @p model: 2 for FlowPrediction::Data, else 0, as published.
 int SuitableCorrections(const FlowMatchingModel& model);
 
 /// Sampler of one model on one mesh. Operators, factors and the encoding, which depend on the mesh only, are computed
@@ -90,12 +90,13 @@ public:
   /// translation.
   FeatureMatrix InitialNoise(const FlowSampleRequest& request, const Progress& progress = {}) const;
 
-  /// Receives the state at each flow time 0, 1 / Steps, ..., 1; the reference is only valid during the call.
+  /// Receives the state at each flow time 0, 1 / Steps, ..., 1, the last one after its corrections; the reference is
+  /// only valid during the call.
   using Observer = std::function<void(double time, const FeatureMatrix& state)>;
 
   /// Carries @p noise from flow time 0 to 1, and corrects the state there.
-  /// @throws InvalidInput when @p noise has the wrong shape, Steps is below 1 or Corrections below 0, or when the state
-  /// overflows: then the model does not fit the mesh; Cancelled.
+  /// @throws InvalidInput when @p noise has the wrong shape, Steps is below 1 or Corrections out of its range, or when
+  /// the state overflows: then the model does not fit the mesh; Cancelled.
   FeatureMatrix Integrate(FeatureMatrix noise, const FlowSampleRequest& request, const Observer& observe = {},
     const Progress& progress = {}) const;
 

@@ -141,6 +141,15 @@ TEST(FlowMatchingCaching, WhatIsTheSameIsNotComputedAgain)
   EXPECT_EQ(CostOf(filter, Unchanged), (Cost{ 0, 1, OneSample }));
 }
 
+TEST(FlowMatchingCaching, CorrectionsThatSuitTheModelAreNotMadeAgainByTheirNumber)
+{
+  const std::string model = WriteDeformer(
+    "data.model", 1, [](FlowMatchingModel& made) { made.Prediction = surfsynth::FlowPrediction::Data; });
+  const auto filter = DeformerOn(Icosphere(2).ToPolyData(), model);
+  EXPECT_EQ(CostOf(filter, Unchanged), (Cost{ 1, 1, OneSample + 2 }));
+  EXPECT_EQ(CostOf(filter, [](Filter* f) { f->SetNumberOfCorrections(2); }), (Cost{ 0, 0, 0 }));
+}
+
 TEST(FlowMatchingCaching, GoingThroughFlowTimeCostsNoEvaluation)
 {
   const auto filter = DeformerOn(Icosphere(2).ToPolyData(), WriteDeformer("flow.model"));

@@ -286,9 +286,8 @@ TEST(FlowMatchingDeformerFilter, CorrectionsAreThoseOfThePlainSamplerAndByDefaul
   const Soup sphere = Icosphere(1);
   for (const bool data : { false, true })
   {
-    const std::string model = WriteDeformer(data ? "data.model" : "velocity.model", 1, [&](FlowMatchingModel& made) {
-      made.Prediction = data ? FlowPrediction::Data : FlowPrediction::Velocity;
-    });
+    const std::string model = WriteDeformer(data ? "data.model" : "velocity.model", 1,
+      [&](FlowMatchingModel& made) { made.Prediction = data ? FlowPrediction::Data : FlowPrediction::Velocity; });
     const FlowMatchingSampler plain = PlainSampler(model, sphere);
     const auto filter = DeformerOn(sphere.ToPolyData(), model);
     EXPECT_EQ(filter->GetNumberOfCorrections(), -1);
@@ -299,8 +298,7 @@ TEST(FlowMatchingDeformerFilter, CorrectionsAreThoseOfThePlainSamplerAndByDefaul
       request.Steps = Steps;
       request.Corrections = corrections >= 0 ? corrections : data ? 2 : 0;
       const FeatureMatrix expected = plain.Integrate(plain.InitialNoise(request), request);
-      EXPECT_LE(
-        LargestDifference(MatrixOf(SurfaceOf(filter)->GetPoints()->GetData()), plain.ToSignal(expected)), 1e-12)
+      EXPECT_LE(LargestDifference(MatrixOf(SurfaceOf(filter)->GetPoints()->GetData()), plain.ToSignal(expected)), 1e-12)
         << data << " " << corrections;
     }
   }
@@ -662,7 +660,7 @@ TEST(FlowMatchingDeformerFilter, PropertiesAreClampedAndModifyOnlyOnChange)
   filter->SetNumberOfCorrections(-7);
   EXPECT_EQ(filter->GetNumberOfCorrections(), -1);
   filter->SetNumberOfCorrections(1000);
-  EXPECT_EQ(filter->GetNumberOfCorrections(), 100);
+  EXPECT_EQ(filter->GetNumberOfCorrections(), 20);
   filter->SetNormalizationArea(-2.0);
   EXPECT_EQ(filter->GetNormalizationArea(), 0.0);
   const vtkMTimeType before = filter->GetMTime();
@@ -682,12 +680,13 @@ TEST(FlowMatchingDeformerFilter, PrintsEveryProperty)
   OutputOf(filter);
   std::ostringstream text;
   filter->Print(text);
-  for (const char* line : { "ModelFileName: print.model", "Seed: 0", "FirstSample: 0", "NumberOfSamples: 1",
-         "NumberOfSteps: 4", "Integrator: 1", "NumberOfCorrections: -1", "NormalizationArea: 0", "NormalizationCenter: 0 0 0",
-         "OutputTrajectory: 0", "ActiveResult: 0", "SignalArrayName: \n", "InitialNoiseArrayName: InitialNoise",
-         "ModelDescription: deformations from matern noise; 2 blocks of width 16", "NumberOfModelLoads: 1",
-         "NumberOfFactorizations: 1", "NumberOfEvaluations: 8", "MovePoints: 1", "DisplacementArrayName: Displacement",
-         "AreaRatioArrayName: AreaRatio" })
+  for (const char* line :
+    { "ModelFileName: print.model", "Seed: 0", "FirstSample: 0", "NumberOfSamples: 1", "NumberOfSteps: 4",
+      "Integrator: 1", "NumberOfCorrections: -1", "NormalizationArea: 0", "NormalizationCenter: 0 0 0",
+      "OutputTrajectory: 0", "ActiveResult: 0", "SignalArrayName: \n", "InitialNoiseArrayName: InitialNoise",
+      "ModelDescription: deformations from matern noise; 2 blocks of width 16", "NumberOfModelLoads: 1",
+      "NumberOfFactorizations: 1", "NumberOfEvaluations: 8", "MovePoints: 1", "DisplacementArrayName: Displacement",
+      "AreaRatioArrayName: AreaRatio" })
   {
     EXPECT_THAT(text.str(), HasSubstr(line));
   }

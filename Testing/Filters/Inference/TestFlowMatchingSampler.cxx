@@ -230,7 +230,8 @@ TEST(FlowMatchingSampler, CorrectionsAreTheDataThatTheModelExpectsFromTheEndOfTh
   EXPECT_DOUBLE_EQ(CorrectionTime(0, 3), 0.625);
   EXPECT_DOUBLE_EQ(CorrectionTime(2, 3), 0.875);
   FlowMatchingModel model = test::RandomDeformer(Surface());
-  for (const FlowPrediction prediction : { FlowPrediction::Velocity, FlowPrediction::Data })
+  for (const FlowPrediction prediction :
+    { FlowPrediction::Velocity, FlowPrediction::Data, FlowPrediction::Preconditioned })
   {
     model.Prediction = prediction;
     EXPECT_EQ(SuitableCorrections(model), prediction == FlowPrediction::Data ? 2 : 0);
@@ -245,8 +246,8 @@ TEST(FlowMatchingSampler, CorrectionsAreTheDataThatTheModelExpectsFromTheEndOfTh
     }
     request.Corrections = 2;
     std::vector<FeatureMatrix> states;
-    sampler.Integrate(sampler.InitialNoise(request), request,
-      [&](double, const FeatureMatrix& state) { states.push_back(state); });
+    sampler.Integrate(
+      sampler.InitialNoise(request), request, [&](double, const FeatureMatrix& state) { states.push_back(state); });
     ASSERT_EQ(states.size(), 4U);
     EXPECT_LE(Difference(states.back(), expected), 1e-6);
     EXPECT_GT(Difference(states.back(), flow), 1e-3);
@@ -480,7 +481,9 @@ TEST(FlowMatchingSampler, TheMeanOfAPartGoesStraightToThatOfItsSource)
       EXPECT_LE((MeanOf(part.Mesh, sampler.ToDeviation(state)) - time * offset).norm(), 1e-4)
         << NameOf(prediction) << time;
     };
-    const FeatureMatrix state = sampler.Integrate(sampler.InitialNoise({}), Request(4), follow);
+    FlowSampleRequest request = Request(4);
+    request.Corrections = 20;
+    const FeatureMatrix state = sampler.Integrate(sampler.InitialNoise({}), request, follow);
     EXPECT_LE((MeanOf(part.Mesh, sampler.ToSignal(state)) - MeanOf(part.Mesh, part.Mesh.Points)).norm(), 1e-4);
   }
 }
@@ -563,9 +566,13 @@ TEST(FlowMatchingSampler, WhatCannotBeSampledIsNamed)
   const FlowMatchingSampler sampler = Deformer();
   const FeatureMatrix noise = sampler.InitialNoise({});
   EXPECT_THAT(MessageOf([&] { sampler.Integrate(noise, Request(0)); }), HasSubstr("0 steps; expected at least 1"));
-  FlowSampleRequest negative;
-  negative.Corrections = -1;
-  EXPECT_THAT(MessageOf([&] { sampler.Integrate(noise, negative); }), HasSubstr("-1 corrections; expected at least 0"));
+  for (const int wrong : { -1, 21 })
+  {
+    FlowSampleRequest request = Request(2);
+    request.Corrections = wrong;
+    EXPECT_THAT(MessageOf([&] { sampler.Integrate(noise, request); }),
+      HasSubstr(std::to_string(wrong) + " corrections; expected 0 to 20"));
+  }
   EXPECT_THAT(MessageOf([&] { sampler.Integrate(noise.topRows(5), Request(2)); }), HasSubstr("signal is [5, 3]"));
   EXPECT_THAT(MessageOf([&] { Deformer(test::Join(Surface(), Surface())); }), HasSubstr("component"));
   EXPECT_THAT(MessageOf([&] { Deformer(test::MoebiusStrip(12, 3)); }), HasSubstr("wound in opposite senses"));
@@ -579,7 +586,7 @@ TEST(FlowMatchingSampler, AStateThatGrowsWithoutBoundIsAnError)
   FlowMatchingModel model = test::RandomSignalModel(Surface(), 1);
   model.Velocity.Tensors["head.bias"].Values = { 1e7F };
   const FlowMatchingSampler sampler(Shared(model), Surface());
-  EXPECT_THAT(MessageOf([&] { Sampled(sampler, Request(3)); }), HasSubstr("grows without bound"));
+  EXPECT_THAT(MessageOf([&] { Sampled(sampler, Request(3)); }), HasSubstr("grows without bound at flow time"));
 }
 
 TEST(FlowMatchingSampler, ProgressRisesAndCanStop)
@@ -587,7 +594,9 @@ TEST(FlowMatchingSampler, ProgressRisesAndCanStop)
   const FlowMatchingSampler sampler = Deformer();
   const FeatureMatrix noise = sampler.InitialNoise({});
   std::vector<double> reports;
-  sampler.Integrate(noise, Request(3), {}, [&](double fraction) {
+  FlowSampleRequest request = Request(3);
+  request.Corrections = 2;
+  sampler.Integrate(noise, request, {}, [&](double fraction) {
     reports.push_back(fraction);
     return true;
   });
@@ -596,8 +605,7 @@ TEST(FlowMatchingSampler, ProgressRisesAndCanStop)
   EXPECT_NEAR(reports.back(), 1.0, 1e-12);
   for (const double stop : { 0.0, 0.4, 0.9 })
   {
-    EXPECT_THROW(
-      sampler.Integrate(noise, Request(3), {}, [stop](double fraction) { return fraction < stop; }), Cancelled);
+    EXPECT_THROW(sampler.Integrate(noise, request, {}, [stop](double fraction) { return fraction < stop; }), Cancelled);
     EXPECT_THROW(FlowMatchingSampler(Shared(test::RandomDeformer(Surface())), Surface(), nullptr,
                    [stop](double fraction) { return fraction < stop; }),
       Cancelled);

@@ -54,12 +54,14 @@ _PARAMETERS = """
         The method of a step: "euler", one evaluation of the network, first order; "midpoint", two, second order;
         "runge_kutta_4", four, fourth order. Default "midpoint".
     corrections : int, optional
-        Number of corrections of a sample at the end of its flow, from 0 (none, as published) to 100: with n of them the
+        Number of corrections of a sample at the end of its flow, from 0 (none, as published) to 20: with n of them the
         signal f is replaced for k = 1, ..., n with the data that the model expects from t f at flow time t = 1/2 + k /
-        (2 (n + 1)). Errors of the flow are removed as if they were noise; too many corrections remove detail of the data as
-        well. Default: 2 where the model predicts the data, as models of shapes do that are trained here, else 0.
+        (2 (n + 1)). Errors of the flow are removed as if they were noise; too many corrections remove detail of the data
+        as well. Each costs one evaluation of the network. Default: 2 where the model predicts the data (``prediction`` of
+        train_flow_matching(), by default for positions), else 0.
     trajectory : bool
-        True returns the states at all flow times 0, 1 / steps, ..., 1, from noise to signal, instead of that at 1.
+        True returns the states at all flow times 0, 1 / steps, ..., 1, from noise to signal, instead of that at 1; the
+        last one is corrected.
         Default False.
     initial_noise_name : str
         Name of the point array with the noise that a sample was made of. Default "InitialNoise"."""
@@ -249,7 +251,7 @@ def _configured(
     algorithm.SetMemoryLimit(0 if memory_limit is None else integer("memory_limit", memory_limit, 1))
     algorithm.SetNumberOfSteps(integer("steps", steps, 1, 10000))
     algorithm.SetIntegrator(choice("integrator", integrator, INTEGRATORS))
-    algorithm.SetNumberOfCorrections(-1 if corrections is None else integer("corrections", corrections, 0, 100))
+    algorithm.SetNumberOfCorrections(-1 if corrections is None else integer("corrections", corrections, 0, 20))
     algorithm.SetOutputTrajectory(flag("trajectory", trajectory))
     algorithm.SetInitialNoiseArrayName(array_name("initial_noise_name", initial_noise_name))
     set_coupling(algorithm, component_coupling, coupling_weight, coupling_distance)
