@@ -177,7 +177,7 @@ def check_unseen_bodies(folder):
         dataset=os.path.join(folder, "bodies_train.safetensors"), model=plain, without_encoder=True, source_memory=0.0,
         iterations=2, width=8, blocks=2, layers=2, batch=2,
     )  # fmt: skip
-    bodies = ["--package", package, "--bodies", "2", "--samples", "3", "--steps", "2", *sizes]
+    bodies = ["--package", package, "--bodies", "2", "--samples", "3", "--steps", "2", "--corrections", "0", *sizes]
     rows, errors = unseen_bodies.main(["--model", model, "--without-encoder", plain, "--csv", table, *bodies])
     assert [row["samples"] for row in rows] == [6] * 9 and os.path.exists(table)
     assert len({row["points"] for row in rows[:6]}) == 1 and rows[6]["points"] != rows[0]["points"]

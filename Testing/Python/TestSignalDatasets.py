@@ -342,12 +342,12 @@ def test_the_example_makes_its_fourteen_files(tmp_path, ball, monkeypatch):
     counts = {"--poses": 3, "--test-poses": 2, "--full-poses": 1, "--mixtures": 4, "--test-mixtures": 2}
     counts.update({"--coarse-poses": 5, "--many-poses": 2})
     sizes = {"--uneven-pose-vertices": 250}
-    sizes.update({"--pose-vertices": 200, "--mixture-vertices": 300, "--test-vertices": 400, "--coarse-mixture-vertices": 100})
+    sizes.update({"--pose-vertices": 300, "--mixture-vertices": 300, "--test-vertices": 400, "--coarse-mixture-vertices": 100})
     options = [str(word) for item in {**counts, **sizes}.items() for word in item]
     options += ["--coarse-pose-vertices", "150", "60"]
     make_datasets.main([str(tmp_path), "--armadillo", str(surface), "--bunny", str(surface), *options])
     expected = {
-        "armadillo_poses": ("Position", 3, 200),
+        "armadillo_poses": ("Position", 3, 300),
         "armadillo_uneven": ("Position", 3, 250),
         "armadillo_medium": ("Position", 5, 150),
         "armadillo_coarse": ("Position", 5, 60),
@@ -363,7 +363,7 @@ def test_the_example_makes_its_fourteen_files(tmp_path, ball, monkeypatch):
     for file, alone in (("armadillo_many", "armadillo_medium"), ("bent_many", "bent_medium")):
         name, sources = read_signal_dataset(tmp_path / f"{file}.safetensors")
         assert name == "Position" and all(len(source.signals) == 2 for source in sources)
-        assert [len(source.points) for source in sources] == pytest.approx([150, 200, 120, 320, 120, 250], rel=0.1)
+        assert [len(source.points) for source in sources] == pytest.approx([150, 300, 180, 480, 180, 250], rel=0.1)
         (source,) = read_signal_dataset(tmp_path / f"{alone}.safetensors").sources
         assert np.array_equal(sources[0].signals, source.signals[:2]), "the same poses on each"
     for file, (signal, samples, points) in expected.items():
