@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Orders of the matrices of volumes and surfaces as a table: entries and arithmetic of the factor, and the time of ordering and symbolic
-// analysis, by CHOLMOD's AMD, by METIS and by NestedDissectionOrder().
+// analysis, by CHOLMOD's AMD, by METIS, by NestedDissectionOrder() and by WindowedMinimumDegreeOrder().
 //
 //   SurfaceSynthesisOrderingTable [CELLS | SURFACE.off]...
 //
@@ -11,6 +11,7 @@
 #include "ScreenedMatrices.h"
 
 #include "Core/Solvers/NestedDissection.h"
+#include "Core/Solvers/WindowedMinimumDegree.h"
 
 #include <Eigen/CholmodSupport>
 
@@ -27,11 +28,13 @@ using namespace surfsynth;
 namespace
 {
 
-/// Prints a row: the analysis by one of CHOLMOD's orderings, or CHOLMOD_GIVEN for that of the library.
-bool PrintRow(const char* name, int ordering, const SparseMatrix& matrix)
+using Order = std::vector<Index> (*)(const SparseMatrix&);
+
+/// Prints a row: the analysis by one of CHOLMOD's orderings, or CHOLMOD_GIVEN for @p own, one of the library.
+bool PrintRow(const char* name, int ordering, const SparseMatrix& matrix, Order own = nullptr)
 {
   const auto begin = std::chrono::steady_clock::now();
-  std::vector<Index> order = ordering == CHOLMOD_GIVEN ? NestedDissectionOrder(matrix) : std::vector<Index>();
+  std::vector<Index> order = own != nullptr ? own(matrix) : std::vector<Index>();
   cholmod_common common;
   cholmod_start(&common);
   common.nmethods = 1;
@@ -82,7 +85,8 @@ int main(int argc, char** argv)
       const SparseMatrix matrix = MatrixOf(argument);
       isDone = PrintRow("AMD", CHOLMOD_AMD, matrix) && isDone;
       isDone = PrintRow("METIS", CHOLMOD_METIS, matrix) && isDone;
-      isDone = PrintRow("NestedDissectionOrder()", CHOLMOD_GIVEN, matrix) && isDone;
+      isDone = PrintRow("NestedDissectionOrder()", CHOLMOD_GIVEN, matrix, NestedDissectionOrder) && isDone;
+      isDone = PrintRow("WindowedMinimumDegreeOrder()", CHOLMOD_GIVEN, matrix, WindowedMinimumDegreeOrder) && isDone;
     }
   }
   catch (const std::exception& error)

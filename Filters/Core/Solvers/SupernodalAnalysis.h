@@ -38,8 +38,8 @@ struct SupernodalAnalysis
 /// the size on where the factorization saves what the ordering costs.
 bool IsDissected(const SparseMatrix& matrix);
 
-/// Orders by NestedDissectionOrder() or CHOLMOD's AMD [Amestoy1996], see IsDissected(), and finds the supernodes by
-/// CHOLMOD [Chen2008]. Children precede parents.
+/// Orders by NestedDissectionOrder(), see IsDissected(), by WindowedMinimumDegreeOrder() from 50,000 rows on, else by CHOLMOD's
+/// AMD [Amestoy1996], and finds the supernodes by CHOLMOD [Chen2008]. Children precede parents.
 /// @throws SolverFailure when the factor would have more than 2^31 entries; std::bad_alloc.
 SupernodalAnalysis AnalyzeSupernodes(const SparseMatrix& matrix);
 

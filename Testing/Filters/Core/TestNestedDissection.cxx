@@ -7,6 +7,7 @@
 #include "Core/Solvers/MinimumDegree.h"
 #include "Core/Solvers/NestedDissection.h"
 #include "Core/Solvers/VertexCover.h"
+#include "Core/Solvers/WindowedMinimumDegree.h"
 
 #include <Eigen/OrderingMethods>
 
@@ -135,7 +136,8 @@ std::int64_t EntriesByAmd(const SparseMatrix& matrix)
   return FactorEntries(matrix, { permutation.indices().begin(), permutation.indices().end() });
 }
 
-TEST(NestedDissection, OrdersEveryRowOnceAndAlwaysTheSameWay)
+/// Checks that an order has every row once, and is the same the second time.
+void ExpectOrders(std::vector<Index> (&orderOf)(const SparseMatrix&))
 {
   Edges apart = Grid(60, 60);
   for (const auto& [a, b] : Grid(50, 70))
@@ -147,14 +149,90 @@ TEST(NestedDissection, OrdersEveryRowOnceAndAlwaysTheSameWay)
     PatternOf(6000, RandomEdges(6000, 20000)), test::ScreenedCube(14).Matrix };
   for (const SparseMatrix& matrix : matrices)
   {
-    const std::vector<Index> order = NestedDissectionOrder(matrix);
+    const std::vector<Index> order = orderOf(matrix);
     std::vector<Index> sorted = order;
     std::sort(sorted.begin(), sorted.end());
     std::vector<Index> all(static_cast<std::size_t>(matrix.rows()));
     std::iota(all.begin(), all.end(), 0);
     EXPECT_EQ(sorted, all) << matrix.rows();
-    EXPECT_EQ(NestedDissectionOrder(matrix), order) << matrix.rows();
+    EXPECT_EQ(orderOf(matrix), order) << matrix.rows();
   }
+}
+
+TEST(NestedDissection, OrdersEveryRowOnceAndAlwaysTheSameWay) { ExpectOrders(NestedDissectionOrder); }
+
+TEST(WindowedMinimumDegree, OrdersEveryRowOnceAndAlwaysTheSameWay) { ExpectOrders(WindowedMinimumDegreeOrder); }
+
+TEST(WindowedMinimumDegree, FactorsOfPathsAndStarsHaveNoMoreEntriesThanTheirMatrices)
+{
+  const SparseMatrix path = PatternOf(5000, Grid(5000, 1));
+  EXPECT_EQ(FactorEntries(path, WindowedMinimumDegreeOrder(path)), 2 * 5000 - 1);
+  const SparseMatrix star = PatternOf(5000, Star(4999));
+  const std::vector<Index> order = WindowedMinimumDegreeOrder(star);
+  EXPECT_EQ(FactorEntries(star, order), 4999 + 5000);
+  EXPECT_EQ(order.back(), 0); // more than 10 sqrt(n) neighbors
+}
+
+TEST(WindowedMinimumDegree, FactorsAreAsSparseAsThoseOfAmd)
+{
+  const std::vector<SparseMatrix> matrices = { PatternOf(67600, Grid(260, 260)), // five windows
+    test::ScreenedSurface(test::LargeSphere(6)).Matrix, PatternOf(6000, RandomEdges(6000, 20000)) };
+  for (const SparseMatrix& matrix : matrices)
+  {
+    const auto entries = static_cast<double>(FactorEntries(matrix, WindowedMinimumDegreeOrder(matrix)));
+    EXPECT_LT(entries, 1.05 * static_cast<double>(EntriesByAmd(matrix))) << matrix.rows();
+  }
+}
+
+TEST(WindowedMinimumDegree, IsAPostorderOfTheEliminationTree)
+{
+  // The descendants of each row are those right before it.
+  const SparseMatrix matrix = PatternOf(67600, Grid(260, 260));
+  const std::vector<Index> order = WindowedMinimumDegreeOrder(matrix);
+  std::vector<Index> place(order.size());
+  for (std::size_t k = 0; k < order.size(); ++k)
+  {
+    place[order[k]] = static_cast<Index>(k);
+  }
+  std::vector<Index> parent(order.size(), -1);
+  std::vector<Index> ancestor(order.size(), -1);
+  std::vector<Index> first(order.size());
+  std::iota(first.begin(), first.end(), 0);
+  for (Index k = 0; k < static_cast<Index>(order.size()); ++k)
+  {
+    for (SparseMatrix::InnerIterator entry(matrix, order[k]); entry; ++entry)
+    {
+      for (Index row = place[entry.row()]; row >= 0 && row < k;)
+      {
+        const Index next = ancestor[row];
+        ancestor[row] = k;
+        parent[row] = next < 0 ? k : parent[row];
+        row = next;
+      }
+    }
+  }
+  std::vector<Index> descendants(order.size(), 0);
+  Index misplaced = 0;
+  for (Index k = 0; k < static_cast<Index>(order.size()); ++k)
+  {
+    misplaced += k - first[k] != descendants[k];
+    if (parent[k] >= 0)
+    {
+      descendants[parent[k]] += descendants[k] + 1;
+      first[parent[k]] = std::min(first[parent[k]], first[k]);
+    }
+  }
+  EXPECT_EQ(misplaced, 0);
+}
+
+TEST(WindowedMinimumDegree, OrdersTheFactorsOfLargeSurfaces)
+{
+  const test::ScreenedMatrix sphere = test::ScreenedSurface(test::LargeSphere(7)); // 163,842 rows
+  const CholeskySolver solver(sphere.Matrix);
+  EXPECT_EQ(FactorEntries(sphere.Matrix, solver.Order()),
+    FactorEntries(sphere.Matrix, WindowedMinimumDegreeOrder(sphere.Matrix)));
+  const Eigen::VectorXd side = test::NoiseSides(sphere.Mass, 1).col(0);
+  EXPECT_LE(solver.RelativeResidual(solver.Solve(side), side), 1e-12);
 }
 
 TEST(NestedDissection, FactorsOfPathsAndStarsHaveHardlyMoreEntriesThanTheirMatrices)
