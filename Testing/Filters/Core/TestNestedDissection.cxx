@@ -136,32 +136,43 @@ std::int64_t EntriesByAmd(const SparseMatrix& matrix)
   return FactorEntries(matrix, { permutation.indices().begin(), permutation.indices().end() });
 }
 
+using Order = std::vector<Index> (&)(const SparseMatrix&);
+
 /// Checks that an order has every row once, and is the same the second time.
-void ExpectOrders(std::vector<Index> (&orderOf)(const SparseMatrix&))
+void ExpectOrders(Order orderOf, const SparseMatrix& matrix)
+{
+  const std::vector<Index> order = orderOf(matrix);
+  std::vector<Index> sorted = order;
+  std::sort(sorted.begin(), sorted.end());
+  std::vector<Index> all(static_cast<std::size_t>(matrix.rows()));
+  std::iota(all.begin(), all.end(), 0);
+  EXPECT_EQ(sorted, all) << matrix.rows();
+  EXPECT_EQ(orderOf(matrix), order) << matrix.rows();
+}
+
+void ExpectOrdersOfAllKinds(Order orderOf)
 {
   Edges apart = Grid(60, 60);
   for (const auto& [a, b] : Grid(50, 70))
   {
     apart.emplace_back(3600 + a, 3600 + b);
   }
-  const std::vector<SparseMatrix> matrices = { PatternOf(1, {}), PatternOf(5000, {}), PatternOf(5000, Star(4999)),
-    PatternOf(4900, Grid(70, 70)), PatternOf(4900, Grid(4900, 1)), PatternOf(7200, apart),
-    PatternOf(6000, RandomEdges(6000, 20000)), test::ScreenedCube(14).Matrix };
-  for (const SparseMatrix& matrix : matrices)
+  for (const SparseMatrix& matrix : { PatternOf(1, {}), PatternOf(5000, {}), PatternOf(5000, Star(4999)),
+         PatternOf(4900, Grid(70, 70)), PatternOf(4900, Grid(4900, 1)), PatternOf(7200, apart),
+         PatternOf(6000, RandomEdges(6000, 20000)), test::ScreenedCube(14).Matrix })
   {
-    const std::vector<Index> order = orderOf(matrix);
-    std::vector<Index> sorted = order;
-    std::sort(sorted.begin(), sorted.end());
-    std::vector<Index> all(static_cast<std::size_t>(matrix.rows()));
-    std::iota(all.begin(), all.end(), 0);
-    EXPECT_EQ(sorted, all) << matrix.rows();
-    EXPECT_EQ(orderOf(matrix), order) << matrix.rows();
+    ExpectOrders(orderOf, matrix);
   }
 }
 
-TEST(NestedDissection, OrdersEveryRowOnceAndAlwaysTheSameWay) { ExpectOrders(NestedDissectionOrder); }
+TEST(NestedDissection, OrdersEveryRowOnceAndAlwaysTheSameWay) { ExpectOrdersOfAllKinds(NestedDissectionOrder); }
 
-TEST(WindowedMinimumDegree, OrdersEveryRowOnceAndAlwaysTheSameWay) { ExpectOrders(WindowedMinimumDegreeOrder); }
+TEST(WindowedMinimumDegree, OrdersEveryRowOnceAndAlwaysTheSameWay)
+{
+  ExpectOrdersOfAllKinds(WindowedMinimumDegreeOrder);
+  // Two windows, and so much fill that lists are collected within one.
+  ExpectOrders(WindowedMinimumDegreeOrder, PatternOf(20000, RandomEdges(20000, 50000)));
+}
 
 TEST(WindowedMinimumDegree, FactorsOfPathsAndStarsHaveNoMoreEntriesThanTheirMatrices)
 {
