@@ -142,22 +142,25 @@ void MaternField::Internals::FillRightHandSides(
     this->FillFromLattice(request, columns, block);
     return;
   }
-  constexpr Index Tile = 256; // vertices whose numbers for all columns stay in cache
+  constexpr Index Tile = 256;       // vertices whose numbers for all columns stay in cache
+  constexpr Index Pitch = Tile + 8; // no power of two: columns would share few lines of the cache
   const Eigen::VectorXd weights = this->NoiseWeights();
-  std::vector<double> normals(Tile * columns.size());
+  std::vector<double> normals(Pitch * columns.size());
   for (Index begin = 0; begin < this->Mass.size(); begin += Tile)
   {
     const Index count = std::min<Index>(Tile, static_cast<Index>(this->Mass.size()) - begin);
     for (std::size_t k = 0; k < columns.size(); ++k)
     {
-      FillNormals(Key(request, columns[k]), begin, count, normals.data() + k * Tile);
+      FillNormals(Key(request, columns[k]), begin, count, normals.data() + k * Pitch);
     }
     for (Index v = begin; v < begin + count; ++v)
     {
       double* row = block.data() + this->RowOfVertex[v] * block.cols();
+      const double weight = weights[v];
+      const double* normal = normals.data() + (v - begin);
       for (std::size_t k = 0; k < columns.size(); ++k)
       {
-        row[k] = weights[v] * normals[k * Tile + static_cast<std::size_t>(v - begin)];
+        row[k] = weight * normal[k * Pitch];
       }
       std::fill(row + columns.size(), row + block.cols(), 0.0);
     }
