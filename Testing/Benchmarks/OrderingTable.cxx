@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Orders of the matrices of volumes and surfaces as a table: entries and arithmetic of the factor, and the time of ordering and symbolic
-// analysis, by CHOLMOD's AMD, by METIS, by NestedDissectionOrder() and by WindowedMinimumDegreeOrder().
+// Orders of the matrices of volumes and surfaces as a table: entries and arithmetic of the factor, and the time of
+// ordering and symbolic analysis, by CHOLMOD's AMD, by METIS, by NestedDissectionOrder() and by
+// WindowedMinimumDegreeOrder(). The latter two are arguments of CHOLMOD's analysis here; AnalyzeSupernodes() gives it a
+// matrix that is in order.
 //
 //   SurfaceSynthesisOrderingTable [CELLS | SURFACE.off]...
 //
@@ -86,7 +88,9 @@ int main(int argc, char** argv)
       isDone = PrintRow("AMD", CHOLMOD_AMD, matrix) && isDone;
       isDone = PrintRow("METIS", CHOLMOD_METIS, matrix) && isDone;
       isDone = PrintRow("NestedDissectionOrder()", CHOLMOD_GIVEN, matrix, NestedDissectionOrder) && isDone;
-      isDone = PrintRow("WindowedMinimumDegreeOrder()", CHOLMOD_GIVEN, matrix, WindowedMinimumDegreeOrder) && isDone;
+      isDone = PrintRow("WindowedMinimumDegreeOrder()", CHOLMOD_GIVEN, matrix,
+                 [](const SparseMatrix& m) { return WindowedMinimumDegreeOrder(m); }) &&
+        isDone;
     }
   }
   catch (const std::exception& error)

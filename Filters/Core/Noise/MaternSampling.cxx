@@ -143,7 +143,7 @@ void MaternField::Internals::FillRightHandSides(
     return;
   }
   constexpr Index Tile = 256;       // vertices whose numbers for all columns stay in cache
-  constexpr Index Pitch = Tile + 8; // no power of two: columns would share few lines of the cache
+  constexpr Index Pitch = Tile + 8; // no power of two: columns would lie in the same sets of the cache
   const Eigen::VectorXd weights = this->NoiseWeights();
   std::vector<double> normals(Pitch * columns.size());
   for (Index begin = 0; begin < this->Mass.size(); begin += Tile)

@@ -9,6 +9,7 @@
 #include <Eigen/CholmodSupport>
 
 #include <algorithm>
+#include <limits>
 #include <memory>
 #include <new>
 
@@ -37,8 +38,8 @@ public:
   cholmod_common Common{};
 };
 
-/// The upper triangle of a symmetric matrix's pattern with rows and columns in another order. CHOLMOD analyses it in half of the
-/// time that the same order takes it as an argument: it transposes the matrix again and again.
+/// The upper triangle of a symmetric matrix's pattern with rows and columns in another order. CHOLMOD takes half of the time to
+/// analyse it that it takes where the order is an argument: then it transposes the matrix again and again.
 class OrderedPattern
 {
 public:
@@ -123,11 +124,13 @@ namespace
 std::vector<Index> OwnOrder(const SparseMatrix& matrix)
 {
   constexpr Index SmallestWindowed = 50000;
+  constexpr std::int64_t MostItems = std::numeric_limits<Index>::max() / 8; // lists grow by less
   if (IsDissected(matrix))
   {
     return NestedDissectionOrder(matrix);
   }
-  return matrix.rows() >= SmallestWindowed ? WindowedMinimumDegreeOrder(matrix) : std::vector<Index>();
+  const bool isWindowed = matrix.rows() >= SmallestWindowed && matrix.rows() + matrix.nonZeros() <= MostItems;
+  return isWindowed ? WindowedMinimumDegreeOrder(matrix) : std::vector<Index>();
 }
 } // namespace
 

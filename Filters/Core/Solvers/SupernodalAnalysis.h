@@ -40,6 +40,7 @@ bool IsDissected(const SparseMatrix& matrix);
 
 /// Orders by NestedDissectionOrder(), see IsDissected(), by WindowedMinimumDegreeOrder() from 50,000 rows on, else by CHOLMOD's
 /// AMD [Amestoy1996], and finds the supernodes by CHOLMOD [Chen2008]. Children precede parents.
+/// @param matrix compressed, with both triangles
 /// @throws SolverFailure when the factor would have more than 2^31 entries; std::bad_alloc.
 SupernodalAnalysis AnalyzeSupernodes(const SparseMatrix& matrix);
 

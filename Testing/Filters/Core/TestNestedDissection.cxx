@@ -16,6 +16,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <numeric>
 #include <random>
 #include <set>
@@ -128,6 +129,14 @@ std::int64_t FactorEntries(const SparseMatrix& matrix, const std::vector<Index>&
   return entries;
 }
 
+/// Entries of the factor in the order of rows.
+std::int64_t EntriesInOrder(const SparseMatrix& matrix)
+{
+  std::vector<Index> order(static_cast<std::size_t>(matrix.rows()));
+  std::iota(order.begin(), order.end(), 0);
+  return FactorEntries(matrix, order);
+}
+
 std::int64_t EntriesByAmd(const SparseMatrix& matrix)
 {
   Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, Index> permutation;
@@ -136,10 +145,10 @@ std::int64_t EntriesByAmd(const SparseMatrix& matrix)
   return FactorEntries(matrix, { permutation.indices().begin(), permutation.indices().end() });
 }
 
-using Order = std::vector<Index> (&)(const SparseMatrix&);
+using Order = std::function<std::vector<Index>(const SparseMatrix&)>;
 
 /// Checks that an order has every row once, and is the same the second time.
-void ExpectOrders(Order orderOf, const SparseMatrix& matrix)
+void ExpectOrders(const Order& orderOf, const SparseMatrix& matrix)
 {
   const std::vector<Index> order = orderOf(matrix);
   std::vector<Index> sorted = order;
@@ -150,7 +159,7 @@ void ExpectOrders(Order orderOf, const SparseMatrix& matrix)
   EXPECT_EQ(orderOf(matrix), order) << matrix.rows();
 }
 
-void ExpectOrdersOfAllKinds(Order orderOf)
+void ExpectOrdersOfAllKinds(const Order& orderOf)
 {
   Edges apart = Grid(60, 60);
   for (const auto& [a, b] : Grid(50, 70))
@@ -167,11 +176,49 @@ void ExpectOrdersOfAllKinds(Order orderOf)
 
 TEST(NestedDissection, OrdersEveryRowOnceAndAlwaysTheSameWay) { ExpectOrdersOfAllKinds(NestedDissectionOrder); }
 
+std::vector<Index> Windowed(const SparseMatrix& matrix) { return WindowedMinimumDegreeOrder(matrix); }
+
 TEST(WindowedMinimumDegree, OrdersEveryRowOnceAndAlwaysTheSameWay)
 {
-  ExpectOrdersOfAllKinds(WindowedMinimumDegreeOrder);
+  ExpectOrdersOfAllKinds(Windowed);
   // Two windows, and so much fill that lists are collected within one.
-  ExpectOrders(WindowedMinimumDegreeOrder, PatternOf(20000, RandomEdges(20000, 50000)));
+  ExpectOrders(Windowed, PatternOf(20000, RandomEdges(20000, 50000)));
+}
+
+TEST(WindowedMinimumDegree, OrdersRandomGraphsInNarrowWindows)
+{
+  std::mt19937 random(5);
+  for (int trial = 0; trial < 300; ++trial)
+  {
+    const auto size = static_cast<Index>(random() % 200 + 1);
+    const auto edges = static_cast<int>(random() % 600); // few: isolated vertices and many components
+    const SparseMatrix matrix = PatternOf(size, RandomEdges(size, edges));
+    const auto number = [&](unsigned most) { return static_cast<Index>(random() % most); };
+    const std::vector<DegreeWindow> windows = { { 1 + number(20), number(6) }, { 1 + number(60), number(12) } };
+    ExpectOrders([&](const SparseMatrix& m) { return WindowedMinimumDegreeOrder(m, windows); }, matrix);
+    EXPECT_LE(FactorEntries(matrix, WindowedMinimumDegreeOrder(matrix, windows)), EntriesInOrder(matrix)) << trial;
+  }
+}
+
+TEST(WindowedMinimumDegree, OrdersGraphsWithHubsAndWithoutADiagonal)
+{
+  Edges hubs = Star(30000);
+  for (Index v = 2; v <= 30000; ++v)
+  {
+    hubs.emplace_back(1, v);
+  }
+  const std::vector<Index> order = Windowed(PatternOf(30001, hubs));
+  EXPECT_THAT(std::vector<Index>(order.end() - 2, order.end()), testing::UnorderedElementsAre(0, 1));
+  SparseMatrix cycle(40000, 40000);
+  std::vector<Eigen::Triplet<double, Index>> entries;
+  for (Index v = 0; v < 40000; ++v)
+  {
+    entries.emplace_back(v, (v + 1) % 40000, 1.0);
+    entries.emplace_back((v + 1) % 40000, v, 1.0);
+  }
+  cycle.setFromTriplets(entries.begin(), entries.end());
+  ExpectOrders(Windowed, cycle);
+  EXPECT_EQ(FactorEntries(cycle, Windowed(cycle)), 3 * 40000 - 3);
 }
 
 TEST(WindowedMinimumDegree, FactorsOfPathsAndStarsHaveNoMoreEntriesThanTheirMatrices)
@@ -195,7 +242,7 @@ TEST(WindowedMinimumDegree, FactorsAreAsSparseAsThoseOfAmd)
   }
 }
 
-TEST(WindowedMinimumDegree, IsAPostorderOfTheEliminationTree)
+TEST(WindowedMinimumDegree, IsAPostorderOfTheEliminationTreeOfAGrid)
 {
   // The descendants of each row are those right before it.
   const SparseMatrix matrix = PatternOf(67600, Grid(260, 260));
