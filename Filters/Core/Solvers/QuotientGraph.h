@@ -32,7 +32,7 @@ public:
 
 private:
   struct Members;
-  /// What becomes of a vertex. Variables list elements, then variables; elements list variables.
+  /// State of a vertex that is no variable. Variables list elements, then variables; elements list variables.
   enum State : Index
   {
     Element = -1, ///< Node::Elements of elements
