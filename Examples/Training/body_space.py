@@ -400,9 +400,8 @@ class Evaluation:
 def generated(options, mesh, count):
     """Samples of the model, [N, V, 3], and their seconds on the standard error stream."""
     started = time.monotonic()
-    samples = surfacesynthesis.deform(
-        mesh, options.model, seed=options.seed, samples=count, steps=options.steps, corrections=options.corrections
-    )
+    flow = {"steps": options.steps, "corrections": options.corrections, "temperature": options.temperature}
+    samples = surfacesynthesis.deform(mesh, options.model, seed=options.seed, samples=count, **flow)
     print(f"{count} samples on {len(mesh[0]):,} points: {time.monotonic() - started:.0f} s", file=sys.stderr, flush=True)
     return np.asarray(samples, dtype=float).reshape(count, -1, 3)
 
@@ -442,6 +441,7 @@ def parsed(arguments):
     parser.add_argument("--samples", type=int, nargs="+", default=[100], metavar="N", help="for each of --faces (default: 100)")
     parser.add_argument("--steps", type=int, default=10, metavar="N", help="of the flow (default: 10)")
     parser.add_argument("--corrections", type=int, metavar="N", help="of each sample (default: what suits the model)")
+    parser.add_argument("--temperature", type=float, default=1.0, metavar="X", help="factor of the noise (default: 1)")
     parser.add_argument("--seed", type=int, default=1, help="default: 1")
     parser.add_argument("--csv", metavar="FILE", help="write the table")
     options = parser.parse_args(arguments)

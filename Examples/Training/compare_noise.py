@@ -162,7 +162,8 @@ def generated(options, model, dataset, count, seed):
     """Samples of a model [N, V, C]; None where its flow grows without bound."""
     generate = surfacesynthesis.deform if dataset.position else surfacesynthesis.sample_signal
     try:
-        return generate(dataset.mesh, model, seed=seed, samples=count, steps=options.steps, corrections=options.corrections)
+        flow = {"steps": options.steps, "corrections": options.corrections, "temperature": options.temperature}
+        return generate(dataset.mesh, model, seed=seed, samples=count, **flow)
     except surfacesynthesis.SurfaceSynthesisError as error:
         if not any(words in str(error) for words in UNBOUNDED):
             raise
@@ -418,6 +419,7 @@ def parsed(arguments):
     parser.add_argument("--fits", type=int, default=30, help="samples that the residual is measured on (default: 30)")
     parser.add_argument("--steps", type=int, default=20, help="of the flow (default: 20)")
     parser.add_argument("--corrections", type=int, metavar="N", help="of each sample (default: what suits the model)")
+    parser.add_argument("--temperature", type=float, default=1.0, metavar="X", help="factor of the noise (default: 1)")
     parser.add_argument("--seeds", type=int, default=3, help="number of seeds (default: 3)")
     parser.add_argument("--seed", type=int, default=0, help="the first seed (default: 0)")
     return parser.parse_args(arguments)

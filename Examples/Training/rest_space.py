@@ -197,7 +197,7 @@ def measured(options):
         return {"samples of": name, "triangles": len(mesh[1]), "count": count, "seeds": len(rows), **summary(rows)}
 
     def of_model(mesh):
-        flow = {"samples": count, "steps": options.steps, "corrections": options.corrections}
+        flow = {"samples": count, "steps": options.steps, "corrections": options.corrections, "temperature": options.temperature}
         return [surfacesynthesis.deform(mesh, options.model, seed=seed, **flow) for seed in seeds]
 
     def rows_of_model(mesh):
@@ -232,6 +232,7 @@ def parsed(arguments):
     parser.add_argument("--samples", type=int, default=100, help="generated and test states (default: 100)")
     parser.add_argument("--steps", type=int, default=20, help="of the flow (default: 20)")
     parser.add_argument("--corrections", type=int, metavar="N", help="of each sample (default: what suits the model)")
+    parser.add_argument("--temperature", type=float, default=1.0, metavar="X", help="factor of the noise (default: 1)")
     parser.add_argument("--seeds", type=int, default=3, help="number of seeds (default: 3)")
     parser.add_argument("--seed", type=int, default=1, help="the first seed (default: 1)")
     parser.add_argument("--csv", metavar="FILE", help="write the numbers here too")

@@ -306,7 +306,7 @@ def check_unbounded(data, output):
     assert "| wild | 162 | - | - |" in stdout and all(float(row["linear"]) > 0 for row in losses)
     dataset = argparse.Namespace(position=True, mesh=icosphere(1))
     try:
-        compare_noise.generated(argparse.Namespace(steps=2, corrections=None), model, dataset, 1, 0)
+        compare_noise.generated(argparse.Namespace(steps=2, corrections=None, temperature=1.0), model, dataset, 1, 0)
     except surfacesynthesis.SurfaceSynthesisError:
         return
     raise AssertionError("a model of signals generates no shapes")

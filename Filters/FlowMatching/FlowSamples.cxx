@@ -58,7 +58,7 @@ void FlowSamples::Keep(const FlowSampleRequest& request, FeatureMatrix noise, st
   const bool sameNoise = noise.size() == this->GivenNoise.size() && noise == this->GivenNoise;
   if (!sameNoise || request.Seed != this->Series.Seed || request.Stream != this->Series.Stream ||
     request.Steps != this->Series.Steps || request.Integrator != this->Series.Integrator ||
-    request.Corrections != this->Series.Corrections)
+    request.Corrections != this->Series.Corrections || request.Temperature != this->Series.Temperature)
   {
     this->Samples.clear();
   }

@@ -221,6 +221,7 @@ private:
     request.Steps = this->Self->NumberOfSteps;
     request.Integrator = static_cast<surfsynth::FlowIntegrator>(this->Self->Integrator);
     request.Corrections = this->Corrections();
+    request.Temperature = this->Self->Temperature;
     return request;
   }
 
@@ -472,6 +473,7 @@ void vtkFlowMatchingSampler::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "NumberOfSteps: " << this->NumberOfSteps << "\n";
   os << indent << "Integrator: " << this->Integrator << "\n";
   os << indent << "NumberOfCorrections: " << this->NumberOfCorrections << "\n";
+  os << indent << "Temperature: " << this->Temperature << "\n";
   os << indent << "ComponentCoupling: " << this->ComponentCoupling << "\n";
   os << indent << "CouplingWeight: " << this->CouplingWeight << "\n";
   os << indent << "CouplingDistance: " << this->CouplingDistance << "\n";

@@ -54,8 +54,8 @@
  * last one lacks. Memory for them: 8 bytes for each sample, point and component, with OutputTrajectory 4 (NumberOfSteps
  * + 1) bytes.
  *
- * A sample depends on the model, the mesh, Seed and its number (or the noise that is given), NumberOfSteps, Integrator
- * and NumberOfCorrections alone: it has the same bits for every number of threads, and alone or in a batch.
+ * A sample depends on the model, the mesh, Seed, its number and Temperature (or the noise that is given), NumberOfSteps,
+ * Integrator and NumberOfCorrections alone: it has the same bits for every number of threads, and alone or in a batch.
  * Another kind of processor may give other last bits: Reproducibility in README.md.
  *
  * @sa vtkFlowMatchingDeformer, vtkMaternNoiseFilter, vtkPoissonNetFilter, vtkSurfaceRepairFilter
@@ -190,6 +190,16 @@ public:
 
   ///@{
   /**
+   * Factor of the noise of Seed, without unit, from 0 to 10. Above 1 samples vary more than the data of the training, below
+   * less; at 0 all samples are the same one. A little above 1 makes up for models that vary less than their data; far above,
+   * samples are unlike the data. Not used with InputNoiseArrayName. Default 1, as in the training.
+   */
+  vtkSetClampMacro(Temperature, double, 0.0, 10.0);
+  vtkGetMacro(Temperature, double);
+  ///@}
+
+  ///@{
+  /**
    * Coupling of the connected components of a surface. Off: several components are an error. On: each point within
    * CouplingDistance of another component is tied to the nearest place there, in all equations of noise and network.
    * With the differences B u of these pairs, weighted by area, a Poisson equation L u = r becomes (L + w B'B) u = r +
@@ -291,8 +301,8 @@ public:
   vtkTypeInt64 GetNumberOfModelLoads() const;
 
   /**
-   * Number of meshes assembled and factored since this object was made. Unchanged while only seeds, numbers of samples,
-   * steps or corrections, or names change.
+   * Number of meshes assembled and factored since this object was made. Unchanged while only seeds, temperature,
+   * numbers of samples, steps or corrections, or names change.
    */
   vtkTypeInt64 GetNumberOfFactorizations() const;
 
@@ -345,6 +355,7 @@ private:
   int NumberOfSteps = 20;
   int Integrator = MIDPOINT;
   int NumberOfCorrections = -1;
+  double Temperature = 1.0;
   bool ComponentCoupling = false;
   double CouplingWeight = 1e6;
   double CouplingDistance = 0.0;

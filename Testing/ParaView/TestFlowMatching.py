@@ -21,6 +21,7 @@ SAMPLER = {
     "NumberOfSteps": (20, 5, 5),
     "Integrator": ("Midpoint", "Runge-Kutta 4", vtkFlowMatchingSampler.RUNGE_KUTTA_4),
     "NumberOfCorrections": (-1, 3, 3),
+    "Temperature": (1, 1.5, 1.5),
     "NormalizationArea": (0, 2.5, 2.5),
     "NormalizationCenter": ([0.0, 0.0, 0.0], [1.0, 2.0, 3.0], (1.0, 2.0, 3.0)),
     "OutputTrajectory": (0, 1, True),

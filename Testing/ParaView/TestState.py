@@ -46,6 +46,7 @@ FLOW = {
     "NumberOfSteps": 3,
     "Integrator": "Euler",
     "NumberOfCorrections": 1,
+    "Temperature": 1.25,
     "OutputTrajectory": 1,
     "InitialNoiseArrayName": "Start",
 }

@@ -139,6 +139,14 @@ def test_corrections_change_the_end_of_the_flow_alone(ball, model):
     assert np.array_equal(deform(ball, model, steps=STEPS), plain[-1]), "none suits a model that predicts velocities"
 
 
+def test_the_temperature_scales_the_noise(ball, model):
+    plain, warm, cold = (deform(ball, model, samples=1, steps=STEPS, trajectory=True, temperature=t) for t in (1, 2.5, 0))
+    middle = cold[0].mean(axis=1)
+    assert np.allclose(cold[0], middle, atol=1e-6), "no noise at all"
+    assert np.allclose(warm[0] - middle, 2.5 * (plain[0] - middle), atol=1e-5) and np.ptp(plain[0]) > 0.1
+    assert np.array_equal(plain[-1][0], deform(ball, model, steps=STEPS)) and not np.allclose(plain[-1], warm[-1], atol=1e-3)
+
+
 def test_signals(ball, mixture, model):
     output = sample_signal(polydata_of(*ball), mixture, seed=1, steps=STEPS)
     values = sample_signal(ball, mixture, seed=1, steps=STEPS)
@@ -187,6 +195,10 @@ def test_errors_are_exceptions(ball, model, mixture, tmp_path):
         {"integrator": "leapfrog"},
         {"corrections": -1},
         {"corrections": 21},
+        {"temperature": -0.1},
+        {"temperature": 10.1},
+        {"temperature": float("nan")},
+        {"temperature": "hot"},
         {"trajectory": 1},
         {"move_points": "yes"},
         {"displacement_name": ""},
@@ -320,8 +332,8 @@ def test_command_samples_signals(files, mixture, capsys):
     source, folder = files
     target = str(folder / "signal.vtp")
     flow = ["--model", str(mixture), "--seed", "2", "--steps", "3"]
-    assert main(["sample", source, target, *flow, "--corrections", "1"]) == 0
-    corrected = sample_signal(read_mesh(source), mixture, seed=2, steps=3, corrections=1)
+    assert main(["sample", source, target, *flow, "--corrections", "1", "--temperature", "1.25"]) == 0
+    corrected = sample_signal(read_mesh(source), mixture, seed=2, steps=3, corrections=1, temperature=1.25)
     found = read_mesh(target).GetPointData().GetArray("Mixture")
     assert np.array_equal(vtk_to_numpy(found), vtk_to_numpy(corrected.GetPointData().GetArray("Mixture")))
     capsys.readouterr()
@@ -340,7 +352,7 @@ def test_command_says_what_is_wrong(files, model, mixture, capsys):
     out = str(folder / "o.vtp")
     assert main(["deform", source, out, "--model", str(mixture)]) == 1
     assert 'generates "Mixture"' in capsys.readouterr().err
-    for options in (["--steps", "0"], ["--corrections", "21"], ["--integrator", "leapfrog"], ["--samples", "2", "--trajectory"]):
+    for options in (["--steps", "0"], ["--corrections", "21"], ["--temperature", "-1"], ["--integrator", "leapfrog"], ["--samples", "2", "--trajectory"]):
         assert main(["deform", source, out, "--model", str(model), *options]) == 2
     assert main(["deform", source, out]) == 2
     assert not (folder / "o.vtp").exists()

@@ -190,12 +190,17 @@ FlowMatchingSampler& FlowMatchingSampler::operator=(FlowMatchingSampler&&) noexc
 
 FeatureMatrix FlowMatchingSampler::InitialNoise(const FlowSampleRequest& request, const Progress& progress) const
 {
+  if (!(request.Temperature >= 0.0) || !std::isfinite(request.Temperature))
+  {
+    throw InvalidInput("FlowMatchingSampler: a temperature of " + FormatNumber(request.Temperature) +
+      "; expected a finite number, at least 0.");
+  }
   SampleRequest sample;
   sample.Seed = request.Seed;
   sample.FirstSample = request.Sample;
   sample.Stream = request.Stream;
   sample.NumberOfComponents = static_cast<std::uint32_t>(this->Impl->Model->Components());
-  sample.Scale = this->Impl->Model->Noise.Scale;
+  sample.Scale = request.Temperature * this->Impl->Model->Noise.Scale;
   RowMatrix values(this->Impl->VertexMass.size(), this->Impl->Model->Components());
   this->Impl->Field->SampleInto(
     sample, [&values](std::uint32_t) { return values.data(); }, progress);

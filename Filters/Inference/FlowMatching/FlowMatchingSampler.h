@@ -43,6 +43,7 @@ struct FlowSampleRequest
   int Steps = 20;                                       ///< number of steps of equal length, >= 1
   FlowIntegrator Integrator = FlowIntegrator::Midpoint; ///< method of each step
   int Corrections = 0; ///< number of corrections at the end, 0 to 20; see CorrectionTime() and SuitableCorrections()
+  double Temperature = 1.0; ///< factor of the noise that InitialNoise() draws, finite, at least 0
 };
 
 /// Flow time t of correction @p k of @p corrections, 0 <= k < corrections, equally spaced between 1/2 and 1:
@@ -88,6 +89,7 @@ public:
 
   /// Samples the state at flow time 0. The mean over the surface of positions is removed: they are generated up to
   /// translation.
+  /// @throws InvalidInput when Temperature is out of its range.
   FeatureMatrix InitialNoise(const FlowSampleRequest& request, const Progress& progress = {}) const;
 
   /// Receives the state at each flow time 0, 1 / Steps, ..., 1, the last one after its corrections; the reference is

@@ -100,6 +100,7 @@ TEST(FlowMatchingCaching, UnchangedParametersCostNoExecutionAndEachChangeExactly
     { "NumberOfSteps", [](Filter* f) { f->SetNumberOfSteps(3); } },
     { "Integrator", [](Filter* f) { f->SetIntegratorToEuler(); } },
     { "NumberOfCorrections", [](Filter* f) { f->SetNumberOfCorrections(1); } },
+    { "Temperature", [](Filter* f) { f->SetTemperature(1.2); } },
     { "MovePoints", [](Filter* f) { f->MovePointsOff(); } },
     { "SignalArrayName", [](Filter* f) { f->SetSignalArrayName("A"); } },
     { "InitialNoiseArrayName", [](Filter* f) { f->SetInitialNoiseArrayName("B"); } },
@@ -125,6 +126,7 @@ TEST(FlowMatchingCaching, WhatIsTheSameIsNotComputedAgain)
   EXPECT_EQ(CostOf(filter, [](Filter* f) { f->SetIntegratorToMidpoint(); }), (Cost{ 0, 0, OneSample }));
   EXPECT_EQ(CostOf(filter, [](Filter* f) { f->SetNumberOfCorrections(3); }), (Cost{ 0, 0, OneSample + 3 }));
   EXPECT_EQ(CostOf(filter, [](Filter* f) { f->SetNumberOfCorrections(0); }), (Cost{ 0, 0, OneSample }));
+  EXPECT_EQ(CostOf(filter, [](Filter* f) { f->SetTemperature(1.2); }), (Cost{ 0, 0, OneSample }));
   EXPECT_EQ(CostOf(filter, [](Filter* f) { f->SetNumberOfSamples(3); }), (Cost{ 0, 0, 2 * OneSample }))
     << "the first sample is there";
   EXPECT_EQ(CostOf(filter, [](Filter* f) { f->SetFirstSample(1); }), (Cost{ 0, 0, OneSample })) << "and two of these";

@@ -304,6 +304,35 @@ TEST(FlowMatchingDeformerFilter, CorrectionsAreThoseOfThePlainSamplerAndByDefaul
   }
 }
 
+TEST(FlowMatchingDeformerFilter, TheTemperatureIsThatOfThePlainSamplerAndNotOfGivenNoise)
+{
+  const Soup sphere = Icosphere(1);
+  const std::string model = WriteDeformer("warm.model");
+  const FlowMatchingSampler plain = PlainSampler(model, sphere);
+  const auto filter = DeformerOn(sphere.ToPolyData(), model);
+  for (const double temperature : { 0.0, 1.3 })
+  {
+    filter->SetTemperature(temperature);
+    FlowSampleRequest request;
+    request.Steps = Steps;
+    request.Temperature = temperature;
+    const FeatureMatrix expected = plain.Integrate(plain.InitialNoise(request), request);
+    EXPECT_LE(LargestDifference(MatrixOf(SurfaceOf(filter)->GetPoints()->GetData()), plain.ToSignal(expected)), 1e-12)
+      << temperature;
+  }
+  vtkSmartPointer<vtkPolyData> warm = vtkSmartPointer<vtkPolyData>::New();
+  warm->DeepCopy(SurfaceOf(filter));
+  const auto again = sphere.ToPolyData();
+  again->GetPointData()->AddArray(warm->GetPointData()->GetArray("InitialNoise"));
+  const auto given = DeformerOn(again, model);
+  given->SetInputNoiseArrayName("InitialNoise");
+  given->SetInitialNoiseArrayName("Noise");
+  given->SetTemperature(5.0);
+  EXPECT_LE(
+    LargestDifference(MatrixOf(SurfaceOf(given)->GetPoints()->GetData()), MatrixOf(warm->GetPoints()->GetData())),
+    1e-5);
+}
+
 TEST(FlowMatchingSamplerFilter, PositionsAreASignalToo)
 {
   const std::string model = WriteDeformer("positions.model");
@@ -661,6 +690,10 @@ TEST(FlowMatchingDeformerFilter, PropertiesAreClampedAndModifyOnlyOnChange)
   EXPECT_EQ(filter->GetNumberOfCorrections(), -1);
   filter->SetNumberOfCorrections(1000);
   EXPECT_EQ(filter->GetNumberOfCorrections(), 20);
+  filter->SetTemperature(-1.0);
+  EXPECT_EQ(filter->GetTemperature(), 0.0);
+  filter->SetTemperature(1000.0);
+  EXPECT_EQ(filter->GetTemperature(), 10.0);
   filter->SetNormalizationArea(-2.0);
   EXPECT_EQ(filter->GetNormalizationArea(), 0.0);
   const vtkMTimeType before = filter->GetMTime();
@@ -682,11 +715,11 @@ TEST(FlowMatchingDeformerFilter, PrintsEveryProperty)
   filter->Print(text);
   for (const char* line :
     { "ModelFileName: print.model", "Seed: 0", "FirstSample: 0", "NumberOfSamples: 1", "NumberOfSteps: 4",
-      "Integrator: 1", "NumberOfCorrections: -1", "NormalizationArea: 0", "NormalizationCenter: 0 0 0",
-      "OutputTrajectory: 0", "ActiveResult: 0", "SignalArrayName: \n", "InitialNoiseArrayName: InitialNoise",
-      "ModelDescription: deformations from matern noise; 2 blocks of width 16", "NumberOfModelLoads: 1",
-      "NumberOfFactorizations: 1", "NumberOfEvaluations: 8", "MovePoints: 1", "DisplacementArrayName: Displacement",
-      "AreaRatioArrayName: AreaRatio" })
+      "Integrator: 1", "NumberOfCorrections: -1", "Temperature: 1", "NormalizationArea: 0",
+      "NormalizationCenter: 0 0 0", "OutputTrajectory: 0", "ActiveResult: 0", "SignalArrayName: \n",
+      "InitialNoiseArrayName: InitialNoise", "ModelDescription: deformations from matern noise; 2 blocks of width 16",
+      "NumberOfModelLoads: 1", "NumberOfFactorizations: 1", "NumberOfEvaluations: 8", "MovePoints: 1",
+      "DisplacementArrayName: Displacement", "AreaRatioArrayName: AreaRatio" })
   {
     EXPECT_THAT(text.str(), HasSubstr(line));
   }

@@ -254,6 +254,20 @@ TEST(FlowMatchingSampler, CorrectionsAreTheDataThatTheModelExpectsFromTheEndOfTh
   }
 }
 
+// The temperature is a factor of the noise; 1 keeps its bits, and 0 leaves nothing of it.
+TEST(FlowMatchingSampler, TheTemperatureScalesTheNoise)
+{
+  const FlowMatchingSampler sampler = Deformer();
+  FlowSampleRequest request = Request(2);
+  const FeatureMatrix noise = sampler.InitialNoise(request);
+  request.Temperature = 1.5;
+  EXPECT_LE(Difference(sampler.InitialNoise(request), 1.5F * noise), 1e-5);
+  EXPECT_GT(Difference(sampler.InitialNoise(request), noise), 1e-2);
+  request.Temperature = 0.0;
+  EXPECT_EQ(sampler.InitialNoise(request).cwiseAbs().maxCoeff(), 0.0F);
+  EXPECT_TRUE(Sampled(sampler, request).allFinite());
+}
+
 TEST(FlowMatchingSampler, TheObserverSeesTheStateAfterEachStep)
 {
   const FlowMatchingSampler sampler = Deformer();
@@ -572,6 +586,12 @@ TEST(FlowMatchingSampler, WhatCannotBeSampledIsNamed)
     request.Corrections = wrong;
     EXPECT_THAT(MessageOf([&] { sampler.Integrate(noise, request); }),
       HasSubstr(std::to_string(wrong) + " corrections; expected 0 to 20"));
+  }
+  for (const double wrong : { -0.5, std::numeric_limits<double>::infinity(), std::nan("") })
+  {
+    FlowSampleRequest request = Request(2);
+    request.Temperature = wrong;
+    EXPECT_THAT(MessageOf([&] { sampler.InitialNoise(request); }), HasSubstr("expected a finite number, at least 0"));
   }
   EXPECT_THAT(MessageOf([&] { sampler.Integrate(noise.topRows(5), Request(2)); }), HasSubstr("signal is [5, 3]"));
   EXPECT_THAT(MessageOf([&] { Deformer(test::Join(Surface(), Surface())); }), HasSubstr("component"));

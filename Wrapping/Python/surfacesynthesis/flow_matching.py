@@ -7,7 +7,7 @@ import warnings
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
-from .arguments import INT_MIN, array_name, choice, flag, integer, progress_callback, set_coupling, set_normalization
+from .arguments import INT_MIN, array_name, choice, flag, in_range, integer, progress_callback, set_coupling, set_normalization
 from .datasets import array_by_name, as_type_of, given_dataset
 from .deprecation import renamed_keywords
 from .errors import SurfaceSynthesisWarning
@@ -59,6 +59,10 @@ _PARAMETERS = """
         (2 (n + 1)). Errors of the flow are removed as if they were noise; too many corrections remove detail of the data
         as well. Each costs one evaluation of the network. Default: 2 where the model predicts the data (``prediction`` of
         train_flow_matching(), by default for positions), else 0.
+    temperature : float
+        Factor of the noise of ``seed``, from 0 to 10. Above 1 samples vary more than the data of the training, below less; at
+        0 all are the same. A little above 1 makes up for models that vary less than their data; far above, samples are unlike
+        the data. Not used with ``input_noise``. Default 1, as in the training.
     trajectory : bool
         True returns the states at all flow times 0, 1 / steps, ..., 1, from noise to signal, instead of that at 1; the
         last one is corrected.
@@ -123,6 +127,7 @@ def deform(
     coupling_distance=None,
     normalization_area=None,
     normalization_center=None,
+    temperature=1.0,
 ):
     return _generated(configured_deformer, _positions, **locals())
 
@@ -175,6 +180,7 @@ def sample_signal(
     coupling_distance=None,
     normalization_area=None,
     normalization_center=None,
+    temperature=1.0,
 ):
     return _generated(configured_sampler, _signal, **locals())
 
@@ -240,6 +246,7 @@ def _configured(
     coupling_distance=None,
     normalization_area=None,
     normalization_center=None,
+    temperature=1.0,
 ):
     model = os.fspath(model)
     algorithm.SetModelFileName(model.decode() if isinstance(model, bytes) else model)
@@ -252,6 +259,7 @@ def _configured(
     algorithm.SetNumberOfSteps(integer("steps", steps, 1, 10000))
     algorithm.SetIntegrator(choice("integrator", integrator, INTEGRATORS))
     algorithm.SetNumberOfCorrections(-1 if corrections is None else integer("corrections", corrections, 0, 20))
+    algorithm.SetTemperature(in_range("temperature", temperature, 0.0, 10.0))
     algorithm.SetOutputTrajectory(flag("trajectory", trajectory))
     algorithm.SetInitialNoiseArrayName(array_name("initial_noise_name", initial_noise_name))
     set_coupling(algorithm, component_coupling, coupling_weight, coupling_distance)

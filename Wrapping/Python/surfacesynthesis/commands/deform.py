@@ -87,6 +87,9 @@ def _add(commands, name, text, description, epilog):
         metavar="N",
         help="corrections of a sample at the end of its flow (default: 2 for models that predict data, else 0)",
     )
+    flow.add_argument(
+        "--temperature", type=float, default=1.0, metavar="X", help="factor of the noise, 0 to 10: above 1 varies more (default: 1)"
+    )
     add_coupling_options(flow)
     flow.add_argument(
         "--normalization-area",
@@ -122,6 +125,7 @@ def run(arguments):
         steps=arguments.steps,
         integrator=arguments.integrator,
         corrections=arguments.corrections,
+        temperature=arguments.temperature,
         trajectory=arguments.trajectory,
         **coupling_of(arguments),
         normalization_area=arguments.normalization_area,
