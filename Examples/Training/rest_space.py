@@ -5,7 +5,8 @@ from rest states that the training has not seen.
 
     python3 rest_space.py MODEL TRAINING TEST [--surface FILE] [--settle] [--up 0 1 0] [--samples 100] [--seeds 3] [--csv FILE]
 
-TRAINING and TEST are dataset files of rest states of one triangulation (dataset rest-states). The rows are
+TRAINING and TEST are dataset files of rest states of one triangulation (dataset rest-states), the first one where a file has
+several (make_rest_states.py). The rows are
 
     rest states            those of the training against those of the test: what a perfect model would reach
     principal components   a Gaussian on the principal components of the training: what no network can be below
@@ -62,10 +63,10 @@ MODE_RADIUS = 0.1
 
 
 class RestStates:
-    """The body (points, triangles) of a dataset file and its rest states [N, V, 3]."""
+    """The body (points, triangles) of a dataset file, the first of several, and its rest states [N, V, 3]."""
 
     def __init__(self, path):
-        (source,) = surfacesynthesis.read_signal_dataset(path).sources
+        source = surfacesynthesis.read_signal_dataset(path).sources[0]
         self.mesh = source.points, source.triangles
         self.samples = source.signals
 
