@@ -259,11 +259,26 @@ def check_own_package(folder):
     points = make_bodies.arrays_of(surface)[0]
     assert np.allclose(make_bodies.edge_ratios(surface, np.array([0.5 * points, points, 2.0 * points])), (0.5, 2.0))
     fewer = os.path.join(folder, "fewer")
-    make_bodies.main([fewer, "--package", package_folder, *options, "--poses", "2"])
+    assert not os.path.exists(os.path.join(folder, "body_many.safetensors"))
+    make_bodies.MANY_SIMPLIFIED, make_bodies.MANY_EVEN = (80, 150), (200,)
+    make_bodies.main([fewer, "--package", package_folder, *options, "--poses", "2", "--many-poses", "2"])
     again = surfacesynthesis.read_signal_dataset(os.path.join(fewer, "body_poses.safetensors")).sources[0]
     assert np.array_equal(again.signals, values["body_poses"].signals[:2])
+    check_many(os.path.join(fewer, "body_many.safetensors"), again)
     check_shapes(package)
     check_bodies(os.path.join(folder, "bodies"), package_folder, 3, 2, ["--vertices", "150", "--test-vertices", "250"])
+
+
+def check_many(path, one):
+    """The same poses on each triangulation, one of which is that of the training."""
+    sources = surfacesynthesis.read_signal_dataset(path).sources
+    assert len(sources) == 3 and len({len(source.points) for source in sources}) == 3
+    assert np.array_equal(sources[1].signals, one.signals)
+    for source in sources:
+        nearest = np.linalg.norm(source.points[:, None] - one.points[None], axis=2).argmin(axis=1)
+        moved, expected = source.signals - source.points, (one.signals - one.points)[:, nearest]
+        print(np.ptp(moved), np.abs(moved - expected).mean(), np.ptp(one.points))
+        assert np.ptp(moved) > 0.1 * np.ptp(one.points) and np.abs(moved - expected).mean() < 0.05 * np.ptp(moved)
 
 
 def check_real_package(folder, package_folder):
