@@ -192,7 +192,8 @@ public:
   /**
    * Factor of the noise of Seed, without unit, from 0 to 10. Above 1 samples vary more than the data of the training, below
    * less; at 0 all samples are the same one. A little above 1 makes up for models that vary less than their data; far above,
-   * samples are unlike the data. Not used with InputNoiseArrayName. Default 1, as in the training.
+   * samples are unlike the data. It multiplies the temperature of the model file, which is 1 unless Examples/Training/temperature.py
+   * has found another. Not used with InputNoiseArrayName. Default 1.
    */
   vtkSetClampMacro(Temperature, double, 0.0, 10.0);
   vtkGetMacro(Temperature, double);

@@ -260,6 +260,7 @@ FlowMatchingModel ReadFlowMatchingModel(const std::string& path)
   model.Noise.Smoothing = reader.NumberOr(SmoothingKey(model.Noise.Model), 0.0);
   model.Prediction = ReadPrediction(reader);
   model.DataDeviation = reader.NumberOr("data_deviation", 1.0);
+  model.Temperature = reader.NumberOr("temperature", 1.0);
   model.Iterations = reader.WholeNumber("iterations");
   model.Shape.Spread = reader.Number("shape_spread");
   const Eigen::RowVectorXd moments = ReadRow(reader, "shape_moments");
@@ -317,6 +318,10 @@ void CheckModel(const FlowMatchingModel& model)
   {
     RefuseFlow("the deviation of the data is " + FormatNumber(model.DataDeviation), "a finite number above 0");
   }
+  if (!(model.Temperature >= 0.0) || !(model.Temperature <= 10.0))
+  {
+    RefuseFlow("the temperature is " + FormatNumber(model.Temperature), "a number from 0 to 10");
+  }
   if (!model.Shape.Mean.allFinite() || !(model.Shape.Spread >= 0.0))
   {
     RefuseFlow("the moments of the shape are not finite", "finite moments and a spread of at least 0");
@@ -349,6 +354,10 @@ void WriteFlowMatchingModel(const std::string& path, const FlowMatchingModel& mo
   {
     description["prediction"] = NameOf(model.Prediction);
     description["data_deviation"] = model.DataDeviation;
+  }
+  if (model.Temperature != 1.0)
+  {
+    description["temperature"] = model.Temperature;
   }
   metadata[FlowKey] = description.dump();
   WriteSafetensors(path, tensors, metadata);

@@ -101,6 +101,7 @@ struct FlowMatchingModel
   FlowNoise Noise;                                      ///< distribution at flow time 0
   FlowPrediction Prediction = FlowPrediction::Velocity; ///< what Velocity predicts
   double DataDeviation = 1.0;                           ///< d > 0 of FlowPrediction: root mean square of f_1 - s
+  double Temperature = 1.0;                             ///< factor of the noise that suits samples, from 0 to 10
   std::string SignalName = "Position";                  ///< "Position" for deformations
   Eigen::RowVectorXd SignalMean;                        ///< [C]; 0 for positions
   Eigen::RowVectorXd SignalScale;                       ///< [C], > 0; 1 for positions

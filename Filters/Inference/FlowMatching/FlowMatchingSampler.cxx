@@ -200,7 +200,7 @@ FeatureMatrix FlowMatchingSampler::InitialNoise(const FlowSampleRequest& request
   sample.FirstSample = request.Sample;
   sample.Stream = request.Stream;
   sample.NumberOfComponents = static_cast<std::uint32_t>(this->Impl->Model->Components());
-  sample.Scale = request.Temperature * this->Impl->Model->Noise.Scale;
+  sample.Scale = request.Temperature * this->Impl->Model->Temperature * this->Impl->Model->Noise.Scale;
   RowMatrix values(this->Impl->VertexMass.size(), this->Impl->Model->Components());
   this->Impl->Field->SampleInto(
     sample, [&values](std::uint32_t) { return values.data(); }, progress);

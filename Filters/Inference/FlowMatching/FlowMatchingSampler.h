@@ -43,7 +43,8 @@ struct FlowSampleRequest
   int Steps = 20;                                       ///< number of steps of equal length, >= 1
   FlowIntegrator Integrator = FlowIntegrator::Midpoint; ///< method of each step
   int Corrections = 0; ///< number of corrections at the end, 0 to 20; see CorrectionTime() and SuitableCorrections()
-  double Temperature = 1.0; ///< factor of the noise that InitialNoise() draws, finite, at least 0
+  double Temperature =
+    1.0; ///< factor of the noise that InitialNoise() draws, beside that of the model; finite, at least 0
 };
 
 /// Flow time t of correction @p k of @p corrections, 0 <= k < corrections, equally spaced between 1/2 and 1:

@@ -116,10 +116,12 @@ TEST(FlowMatchingModel, ModelsThatPredictDataHaveAVersionOfTheirOwn)
   EXPECT_EQ(ReadFlowMatchingModel(Path).Metadata.at("format_version"), "1");
   model.Prediction = FlowPrediction::Data;
   model.DataDeviation = 0.03125;
+  model.Temperature = 1.25;
   WriteFlowMatchingModel(Path, model);
   const FlowMatchingModel read = ReadFlowMatchingModel(Path);
   EXPECT_EQ(read.Prediction, FlowPrediction::Data);
   EXPECT_EQ(read.DataDeviation, 0.03125);
+  EXPECT_EQ(read.Temperature, 1.25);
   EXPECT_EQ(read.Metadata.at("format_version"), "2");
   model.Prediction = FlowPrediction::Preconditioned;
   WriteFlowMatchingModel(Path, model);
@@ -133,6 +135,11 @@ TEST(FlowMatchingModel, ModelsThatPredictDataHaveAVersionOfTheirOwn)
   {
     EXPECT_THAT(MessageOfCheck([=](FlowMatchingModel& m) { m.DataDeviation = deviation; }),
       HasSubstr("the deviation of the data is"));
+  }
+  for (const double temperature : { -0.5, 11.0, std::nan("") })
+  {
+    EXPECT_THAT(MessageOfCheck([=](FlowMatchingModel& m) { m.Temperature = temperature; }),
+      AllOf(HasSubstr("the temperature is"), HasSubstr("from 0 to 10")));
   }
 }
 

@@ -266,6 +266,11 @@ TEST(FlowMatchingSampler, TheTemperatureScalesTheNoise)
   request.Temperature = 0.0;
   EXPECT_EQ(sampler.InitialNoise(request).cwiseAbs().maxCoeff(), 0.0F);
   EXPECT_TRUE(Sampled(sampler, request).allFinite());
+  FlowMatchingModel warm = sampler.Model();
+  warm.Temperature = 1.2;
+  request.Temperature = 1.5;
+  EXPECT_LE(Difference(FlowMatchingSampler(Shared(warm), Surface()).InitialNoise(request), 1.8F * noise), 1e-5)
+    << "that of the model is a factor, too";
 }
 
 TEST(FlowMatchingSampler, TheObserverSeesTheStateAfterEachStep)

@@ -62,7 +62,8 @@ _PARAMETERS = """
     temperature : float
         Factor of the noise of ``seed``, from 0 to 10. Above 1 samples vary more than the data of the training, below less; at
         0 all are the same. A little above 1 makes up for models that vary less than their data; far above, samples are unlike
-        the data. Not used with ``input_noise``. Default 1, as in the training.
+        the data. It multiplies the temperature of the model file, which is 1 unless Examples/Training/temperature.py has found
+        another. Not used with ``input_noise``. Default 1.
     trajectory : bool
         True returns the states at all flow times 0, 1 / steps, ..., 1, from noise to signal, instead of that at 1; the
         last one is corrected.
