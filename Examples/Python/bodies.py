@@ -35,7 +35,9 @@ DIRECTION = (0.16, 0.08, -1.0)  # from the armadillo to the viewer
 EYES, EYE_RADIUS, HEAD = ((-0.0145, -0.061), (0.075, -0.066)), 0.0155, 0.3
 AROUND_EYE = 6  # points of the head whose mean motion is that of an eye's place
 SKIN, IRIS = (230, 217, 199), (40, 90, 160)
-POSES = (1, 4, 6)
+POSES = (1, 3, 4)
+#: Height of the pictures of poses over that of the body at rest, for raised arms.
+ROOM = 1.15
 LABEL = 190
 TWISTS = (60, 120, 170)
 #: From the body to the viewer, the number of its samples, and that of the pictures in a row.
@@ -108,6 +110,7 @@ def coupled_components(surface):
     """The body at rest, and poses; their heads below."""
     body, head, title = (470, 520), (470, 420), 56
     whole = rendering.view_of(surface, body[0] / body[1], DIRECTION)
+    whole = whole.zoomed(whole.center, ROOM * whole.height)
     eyed = with_eyes(surface, whole)
     image = rendering.blank((body[0] * (1 + len(POSES)), body[1] + head[1] + title))
     for column, seed in enumerate((None, *POSES)):

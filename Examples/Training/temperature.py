@@ -5,8 +5,8 @@
     python3 temperature.py MODEL DATASET [--output FILE] [--samples 200] [--steps 10] [--spread 0.95]
 
 Models vary a little less than their data. The temperature, a factor of the noise, is raised from 1 in steps of 0.05 until the
-spread of the samples, the root mean square distance from their mean, is at least --spread times that of the dataset, on its first
-triangulation. DATASET holds samples of the training, so that test data stay untouched. A model whose spread suffices at 1 keeps it.
+spread of the samples, the root mean square distance from their mean, is at least --spread times that of the dataset, in the mean of
+its triangulations. DATASET holds samples of the training, so that test data stay untouched. A model whose spread suffices at 1 keeps it.
 Without --output nothing is written.
 """
 
@@ -33,14 +33,23 @@ def spread(mesh, shapes):
     return np.sqrt((masses * centered.var(axis=0)).sum())
 
 
-def suitable(model, mesh, data, options):
+def relative_spread(model, source, temperature, samples, options):
+    """The spread of samples on one triangulation over that of its data."""
+    mesh = source.points.astype(float), source.triangles
+    flow = {"steps": options.steps, "seed": options.seed, "temperature": temperature}
+    shapes = surfacesynthesis.deform(mesh, model, samples=samples, **flow)
+    return spread(mesh, shapes) / spread(mesh, source.signals)
+
+
+def suitable(model, sources, options):
     """The lowest temperature that gives the spread, and that spread over the data's; the highest one where none does."""
-    expected = spread(mesh, data)
+    samples = -(-options.samples // len(sources))
     for k in range(round((HIGHEST - 1.0) / STEP) + 1):
         temperature = 1.0 + STEP * k
-        flow = {"samples": options.samples, "steps": options.steps, "seed": options.seed}
-        found = spread(mesh, surfacesynthesis.deform(mesh, model, temperature=temperature, **flow)) / expected
-        print(f"temperature {temperature:.2f}: spread {found:.3f} of the data's", flush=True)
+        spreads = [relative_spread(model, source, temperature, samples, options) for source in sources]
+        found = np.mean(spreads)
+        listed = ", ".join(f"{x:.3f}" for x in spreads)
+        print(f"temperature {temperature:.2f}: spread {found:.3f} of the data's ({listed})", flush=True)
         if found >= options.spread:
             break
     return round(temperature, 2), found
@@ -63,7 +72,7 @@ def parsed(arguments):
     parser.add_argument("model", help="model file (safetensors) that generates positions")
     parser.add_argument("dataset", help="dataset file of its training")
     parser.add_argument("--output", metavar="FILE", help="model file to write, with the temperature; may be MODEL")
-    parser.add_argument("--samples", type=int, default=200, metavar="N", help="at each temperature (default: 200)")
+    parser.add_argument("--samples", type=int, default=200, metavar="N", help="at each temperature, on all triangulations together (default: 200)")
     parser.add_argument("--steps", type=int, default=10, metavar="N", help="of the flow (default: 10)")
     parser.add_argument("--seed", type=int, default=1, help="of the noise (default: 1)")
     parser.add_argument("--spread", type=float, default=0.95, metavar="X", help="to reach, over the data's (default: 0.95)")
@@ -72,9 +81,8 @@ def parsed(arguments):
 
 def main(arguments=None):
     options = parsed(arguments)
-    source = surfacesynthesis.read_signal_dataset(options.dataset).sources[0]
-    mesh = source.points.astype(float), source.triangles
-    temperature, found = suitable(options.model, mesh, source.signals, options)
+    sources = surfacesynthesis.read_signal_dataset(options.dataset).sources
+    temperature, found = suitable(options.model, sources, options)
     if found < options.spread:
         print(f"no temperature up to {HIGHEST} reaches a spread of {options.spread}; the model needs more training", file=sys.stderr)
         return 1

@@ -28,16 +28,19 @@ def check_spread(mesh):
 
 def check_model(folder, mesh):
     data, model, output = (os.path.join(folder, name) for name in ("data.safetensors", "m.safetensors", "warm.safetensors"))
-    surfacesynthesis.write_signal_dataset(data, [(mesh, shapes(mesh[0], 24))], "Position")
-    surfacesynthesis.train_flow_matching(dataset=data, model=model, iterations=3, width=8, blocks=1, batch=4)
+    sources = [(ball, shapes(ball[0], 24)) for ball in (mesh, icosphere(1))]
+    surfacesynthesis.write_signal_dataset(data, sources, "Position")
+    surfacesynthesis.train_flow_matching(dataset=data, model=model, iterations=3, width=8, blocks=1, batch=4, without_encoder=True)
     options = ["--samples", "12", "--steps", "2"]
     assert temperature.main([model, data, *options, "--spread", "1e6", "--output", output]) == 1
     assert not os.path.exists(output), "nothing is written where no temperature suffices"
-    found = temperature.suitable(model, mesh, shapes(mesh[0], 24), temperature.parsed([model, data, *options, "--spread", "0"]))
+    sources = surfacesynthesis.read_signal_dataset(data).sources
+    found = temperature.suitable(model, sources, temperature.parsed([model, data, *options, "--spread", "0"]))
     assert found[0] == 1.0 and found[1] > 0.0, "one that varies enough stays as it is"
-    expected = temperature.suitable(
-        model, mesh, shapes(mesh[0], 24), temperature.parsed([model, data, *options, "--spread", str(1.02 * found[1])])
-    )
+    more = temperature.parsed([model, data, *options, "--spread", str(1.02 * found[1])])
+    expected = temperature.suitable(model, sources, more)
+    spreads = [temperature.relative_spread(model, source, expected[0], 6, more) for source in sources]
+    assert np.isclose(np.mean(spreads), expected[1]) and not np.isclose(*spreads, rtol=1e-3), (spreads, expected)
     assert expected[0] > 1.0 and expected[1] >= 1.02 * found[1], (expected, found)
     assert temperature.main([model, data, *options, "--spread", str(1.02 * found[1]), "--output", output]) == 0
     flow = {"seed": 3, "steps": 2}

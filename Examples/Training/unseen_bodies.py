@@ -140,6 +140,7 @@ def parsed(arguments):
     parser.add_argument("--samples", type=int, default=10, metavar="N", help="of each body (default: 10)")
     parser.add_argument("--steps", type=int, default=10, metavar="N", help="of the flow (default: 10)")
     parser.add_argument("--corrections", type=int, metavar="N", help="of each sample (default: what suits the model)")
+    parser.add_argument("--temperature", type=float, default=1.0, metavar="X", help="factor of the noise (default: 1)")
     parser.add_argument("--seed", type=int, default=1, help="of the samples (default: 1)")
     parser.add_argument("--without-encoder", metavar="FILE", help="a model without an encoder, for comparison")
     parser.add_argument("--encoder-only", action="store_true", help="no samples, the error of the encoder alone")

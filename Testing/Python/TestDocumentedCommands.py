@@ -96,6 +96,9 @@ REDUCED = {
     "--iterations 500 --batch 8": "--iterations 1 --batch 2",
     "--iterations 1200 --batch 16": "--iterations 1 --batch 2",
     "--iterations 800 --batch 8": "--iterations 1 --batch 2",
+    "--iterations 2000 --batch 8": "--iterations 1 --batch 2",
+    "--iterations 2600 --batch 12": "--iterations 1 --batch 4",
+    "--iterations 1400 --batch 12": "--iterations 1 --batch 4",
     "--steps 50 --trajectory": "--steps 3 --trajectory",
     "--model heat.safetensors --samples 50": "--model heat.safetensors --samples 3",
     "surfacesynthesis-train encoding bodies.safetensors encoder.safetensors":
@@ -470,6 +473,7 @@ INPUTS = {
                                     "data/armadillo_coarse.safetensors": signals("Position"),
                                     "data/armadillo_medium.safetensors": signals("Position"),
                                     "data/armadillo_poses.safetensors": signals("Position"),
+                                    "data/armadillo_many.safetensors": signals("Position", 4),
                                     "figures/armadillo_coarse.safetensors": signals("Position"),
                                     "figures/armadillo_medium.safetensors": signals("Position"),
                                     "data/bent_coarse.safetensors": signals("Position"),

@@ -24,13 +24,18 @@ float LargestState(float noise) { return 100.0F * std::max(noise, 10.0F); }
 /// Largest number of corrections: the last one is at a flow time that leaves more than the least RemainingTime().
 constexpr int MostCorrections = 20;
 
+[[noreturn]] void RefuseUnbounded(const std::string& where)
+{
+  throw InvalidInput("FlowMatchingSampler: the state grows without bound " + where +
+    "; expected a model that was trained on surfaces like this one.");
+}
+
 /// @throws InvalidInput when a state is beyond its limit.
 void RequireBounded(const FeatureMatrix& state, float largest, const std::string& where)
 {
   if (!(state.cwiseAbs().maxCoeff() < largest))
   {
-    throw InvalidInput("FlowMatchingSampler: the state grows without bound " + where +
-      "; expected a model that was trained on surfaces like this one.");
+    RefuseUnbounded(where);
   }
 }
 
@@ -286,7 +291,14 @@ FeatureMatrix FlowMatchingSampler::Integrate(
   const auto evaluated = [&](const FeatureMatrix& at, double time) {
     const Progress part = SubProgress(progress, done / evaluations, (done + 1) / evaluations);
     ++done;
-    return this->Velocity(at, time, part);
+    try
+    {
+      return this->Velocity(at, time, part);
+    }
+    catch (const NonFiniteOutput&)
+    {
+      RefuseUnbounded("at flow time " + FormatNumber(time));
+    }
   };
   const VelocityFunction velocity = [&](const FeatureMatrix& at, double time) {
     RequireBounded(at, largest, "at flow time " + FormatNumber(time));

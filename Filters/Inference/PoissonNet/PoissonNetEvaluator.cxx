@@ -361,7 +361,7 @@ PoissonNetPrediction PoissonNetEvaluator::Evaluate(const PoissonNetInput& input,
     : self.LinearOutput(features);
   if (!prediction.Values.allFinite() || !prediction.Gradients.allFinite())
   {
-    throw InvalidInput(
+    throw NonFiniteOutput(
       "PoissonNetEvaluator: the network's output is not finite; expected a mesh and weights that single "
       "precision can hold.");
   }

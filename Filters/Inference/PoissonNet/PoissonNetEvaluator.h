@@ -3,6 +3,7 @@
 /// Fast evaluation of PoissonNet [Maesumi2025] on a mesh. No torch.
 #pragma once
 
+#include "Core/Common/Errors.h"
 #include "Core/Common/Progress.h"
 #include "Core/Mesh/MeshCheck.h"
 #include "Core/Mesh/MeshTopology.h"
@@ -22,6 +23,13 @@ namespace surfsynth
 
 /// Features, one row for each vertex, face or row of gradients; float32.
 using FeatureMatrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// A network's output has a value that is not finite.
+class NonFiniteOutput : public InvalidInput
+{
+public:
+  using InvalidInput::InvalidInput;
+};
 
 /// Input of one evaluation.
 struct PoissonNetInput

@@ -612,6 +612,13 @@ TEST(FlowMatchingSampler, AStateThatGrowsWithoutBoundIsAnError)
   model.Velocity.Tensors["head.bias"].Values = { 1e7F };
   const FlowMatchingSampler sampler(Shared(model), Surface());
   EXPECT_THAT(MessageOf([&] { Sampled(sampler, Request(3)); }), HasSubstr("grows without bound at flow time"));
+  model.Velocity.Tensors["head.bias"].Values = { 3e38F };
+  const float large = model.Velocity.Tensors["proj_in.bias"].Values.front();
+  model.Velocity.Tensors["proj_in.bias"].Values.front() = large + 1e38F;
+  const FlowMatchingSampler overflowing(Shared(model), Surface());
+  EXPECT_THAT(MessageOf([&] { overflowing.Velocity(overflowing.InitialNoise({}), 0.0); }), HasSubstr("is not finite"));
+  EXPECT_THAT(MessageOf([&] { Sampled(overflowing, Request(3)); }), HasSubstr("grows without bound at flow time 0"))
+    << "also where the network's output overflows before the state is beyond its limit";
 }
 
 TEST(FlowMatchingSampler, ProgressRisesAndCanStop)
