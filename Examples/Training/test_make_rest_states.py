@@ -33,7 +33,10 @@ def times(folder):
 
 def check_training(folder, tetrahedra):
     """Each triangulation has the states of the drops that it would have alone, of points that are near those of the others."""
-    sources = surfacesynthesis.read_signal_dataset(os.path.join(folder, "egg_rest.safetensors")).sources
+    path = os.path.join(folder, "egg_rest.safetensors")
+    sources = surfacesynthesis.read_signal_dataset(path).sources
+    with open(path, "rb") as file:
+        assert b"elastic rest states of egg.vtp" in file.read(4096)
     assert len(sources) == 1 + len(make_rest_states.TRIANGULATIONS), len(sources)
     counts = [len(source.points) for source in sources]
     assert len(set(counts)) == len(counts) and 2 * counts[3] < counts[0] < 0.6 * max(counts), counts

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Tests temperature.py on a model that has hardly learnt anything: ``test_temperature.py FOLDER``. Run by CTest."""
 
+import json
 import os
 import shutil
+import struct
 import sys
 
 import numpy as np
@@ -23,7 +25,10 @@ def check_spread(mesh):
     points = np.tile(mesh[0], (2, 1, 1)) * np.array([0.9, 1.1])[:, None, None]
     middle = points.mean(axis=0)
     assert np.isclose(temperature.spread(mesh, middle + 2.0 * (points - middle) + 5.0), 2.0 * temperature.spread(mesh, points))
-    assert np.isclose(temperature.spread(mesh, points), 0.1, atol=1e-6), temperature.spread(mesh, points)
+    assert np.isclose(temperature.spread(mesh, points), 0.1 * np.sqrt(2.0), atol=1e-6), temperature.spread(mesh, points)
+    many = shapes(mesh[0], 600).astype(float)
+    few = np.mean([temperature.spread(mesh, many[k : k + 4]) ** 2 for k in range(0, 600, 4)])
+    assert np.isclose(few, temperature.spread(mesh, many) ** 2, rtol=0.02), "few shapes spread as many, in the mean"
 
 
 def check_model(folder, mesh):
@@ -47,12 +52,24 @@ def check_model(folder, mesh):
     warm = surfacesynthesis.deform(mesh, output, **flow)
     assert np.array_equal(warm, surfacesynthesis.deform(mesh, model, temperature=expected[0], **flow))
     assert not np.allclose(warm, surfacesynthesis.deform(mesh, model, **flow), atol=1e-4)
+    further = os.path.join(folder, "further.safetensors")
+    surfacesynthesis.train_flow_matching(
+        dataset=data, model=further, initial_model=output, iterations=1, batch=4, without_encoder=True
+    )
+    assert described(output)["temperature"] == expected[0] and "temperature" not in described(further), "of other weights"
     with open(output, "rb") as file:
         again = temperature.with_temperature(file.read(), 2.0)
     with open(output, "wb") as file:
         file.write(again)
     twice = surfacesynthesis.deform(mesh, model, temperature=2.0 * expected[0], **flow)
     assert np.allclose(surfacesynthesis.deform(mesh, output, **flow), twice, atol=1e-6)
+
+
+def described(path):
+    """The description of the model in its file."""
+    with open(path, "rb") as file:
+        (size,) = struct.unpack("<Q", file.read(8))
+        return json.loads(json.loads(file.read(size))["__metadata__"]["flow_matching"])
 
 
 def main():

@@ -250,3 +250,4 @@ def test_another_picture_is_told_apart():
     view = rendering.view_of(surface(), 1.0, DIRECTION)
     picture = rendering.render(surface(), view, SIZE)
     assert difference(picture, baseline("texture.png")) > 5 * PICTURE
+    assert difference(picture, baseline("deformer.png")) > 2 * PICTURE

@@ -239,7 +239,8 @@ std::string FlowMatchingModel::Description() const
     : "\"" + this->SignalName + "\", " + Counted(this->Components(), "component");
   return signal + " from " + NameOf(this->Noise.Model, NoiseNames) + " noise; " + Counted(options.Blocks, "block") +
     " of width " + std::to_string(options.Width) + (this->Encoder ? ", for many surfaces" : ", for one surface") +
-    "; " + Counted(this->Iterations, "iteration") + " of training";
+    "; " + Counted(this->Iterations, "iteration") + " of training" +
+    (this->Temperature == 1.0 ? "" : "; temperature " + FormatNumber(this->Temperature));
 }
 
 FlowMatchingModel ReadFlowMatchingModel(const std::string& path)

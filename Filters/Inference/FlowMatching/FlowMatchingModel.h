@@ -101,13 +101,13 @@ struct FlowMatchingModel
   FlowNoise Noise;                                      ///< distribution at flow time 0
   FlowPrediction Prediction = FlowPrediction::Velocity; ///< what Velocity predicts
   double DataDeviation = 1.0;                           ///< d > 0 of FlowPrediction: root mean square of f_1 - s
-  double Temperature = 1.0;                             ///< factor of the noise that suits samples, from 0 to 10
-  std::string SignalName = "Position";                  ///< "Position" for deformations
-  Eigen::RowVectorXd SignalMean;                        ///< [C]; 0 for positions
-  Eigen::RowVectorXd SignalScale;                       ///< [C], > 0; 1 for positions
-  ShapeMoments Shape;                                   ///< surfaces of the training
-  std::int64_t Iterations = 0;                          ///< number of iterations of the training
-  std::map<std::string, std::string> Metadata;          ///< metadata of the file, unchanged
+  double Temperature = 1.0;                    ///< factor of the noise of samples, beside that of a request; 0 to 10
+  std::string SignalName = "Position";         ///< "Position" for deformations
+  Eigen::RowVectorXd SignalMean;               ///< [C]; 0 for positions
+  Eigen::RowVectorXd SignalScale;              ///< [C], > 0; 1 for positions
+  ShapeMoments Shape;                          ///< surfaces of the training
+  std::int64_t Iterations = 0;                 ///< number of iterations of the training
+  std::map<std::string, std::string> Metadata; ///< metadata of the file, unchanged
 
   /// True for a model of deformations.
   bool GeneratesPositions() const { return this->SignalName == "Position"; }

@@ -24,6 +24,7 @@ float LargestState(float noise) { return 100.0F * std::max(noise, 10.0F); }
 /// Largest number of corrections: the last one is at a flow time that leaves more than the least RemainingTime().
 constexpr int MostCorrections = 20;
 
+/// @throws InvalidInput always.
 [[noreturn]] void RefuseUnbounded(const std::string& where)
 {
   throw InvalidInput("FlowMatchingSampler: the state grows without bound " + where +

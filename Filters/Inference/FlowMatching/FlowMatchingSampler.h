@@ -103,7 +103,8 @@ public:
   FeatureMatrix Integrate(FeatureMatrix noise, const FlowSampleRequest& request, const Observer& observe = {},
     const Progress& progress = {}) const;
 
-  /// Evaluates v(state, time), [V, C], time in [0, 1]. Same errors as Integrate().
+  /// Evaluates v(state, time), [V, C], time in [0, 1].
+  /// @throws InvalidInput when @p state has the wrong shape; NonFiniteOutput when the network overflows; Cancelled.
   FeatureMatrix Velocity(const FeatureMatrix& state, double time, const Progress& progress = {}) const;
 
   /// Converts a state to the caller's units, [V, C] float64: positions about the centroid of the source surface, or the

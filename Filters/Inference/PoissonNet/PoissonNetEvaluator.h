@@ -24,7 +24,7 @@ namespace surfsynth
 /// Features, one row for each vertex, face or row of gradients; float32.
 using FeatureMatrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// A network's output has a value that is not finite.
+/// Error of a network whose output has a value that is not finite, because an input or a weight is too large.
 class NonFiniteOutput : public InvalidInput
 {
 public:
@@ -84,7 +84,7 @@ public:
 
   /// Evaluates the network.
   /// @throws InvalidInput when an input has the wrong shape, or the model wants other input channels than positions and
-  /// none are given, or numbers overflow; Cancelled.
+  /// none are given; NonFiniteOutput when numbers overflow; Cancelled.
   PoissonNetPrediction Evaluate(const PoissonNetInput& input = {}, const Progress& progress = {}) const;
 
   /// Requirements of the architecture on a mesh: finite, non-degenerate, manifold edges, consistent winding (the

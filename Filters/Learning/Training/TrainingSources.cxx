@@ -333,6 +333,7 @@ FlowMatchingModel FrameOf(const FlowMatchingModel& initial, const SignalDataset&
       initial.SignalName + "\", " + std::to_string(initial.Components()) + ".");
   }
   FlowMatchingModel frame = initial;
+  frame.Temperature = 1.0; // that of other weights
   frame.Velocity = {};
   return frame;
 }

@@ -122,6 +122,7 @@ TEST(FlowMatchingModel, ModelsThatPredictDataHaveAVersionOfTheirOwn)
   EXPECT_EQ(read.Prediction, FlowPrediction::Data);
   EXPECT_EQ(read.DataDeviation, 0.03125);
   EXPECT_EQ(read.Temperature, 1.25);
+  EXPECT_THAT(read.Description(), HasSubstr("; temperature 1.25"));
   EXPECT_EQ(read.Metadata.at("format_version"), "2");
   model.Prediction = FlowPrediction::Preconditioned;
   WriteFlowMatchingModel(Path, model);
