@@ -179,7 +179,7 @@ def residuals_of(options, seen, mesh, normalization):
                 **normalization,
             )
         except surfacesynthesis.SurfaceSynthesisError as error:
-            if not any(words in str(error) for words in UNBOUNDED):
+            if UNBOUNDED not in str(error):
                 raise
             return {"residual": np.nan, "deviation": np.nan, "square": np.nan, "error": str(error)}
     residuals = seen.residuals(samples)
