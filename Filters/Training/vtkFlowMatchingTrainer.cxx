@@ -185,6 +185,7 @@ private:
     options.Iterations = this->Self->EncoderIterations;
     options.Milestones.clear(); // they count the iterations of the other training
     options.Eigenfunctions = this->Self->NumberOfEigenfunctions;
+    options.EdgeSplits = this->Self->EncoderEdgeSplits;
     options.BatchSize = recipe.BatchSize;
     return options;
   }
@@ -361,6 +362,7 @@ void vtkFlowMatchingTrainer::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "InitialModelFileName: " << this->InitialModelFileName << "\n";
   os << indent << "EncoderIterations: " << this->EncoderIterations << "\n";
   os << indent << "NumberOfEigenfunctions: " << this->NumberOfEigenfunctions << "\n";
+  os << indent << "EncoderEdgeSplits: " << this->EncoderEdgeSplits << "\n";
   os << indent << "WithoutEncoder: " << this->WithoutEncoder << "\n";
   os << indent << "Width: " << this->Width << "\n";
   os << indent << "Blocks: " << this->Blocks << "\n";

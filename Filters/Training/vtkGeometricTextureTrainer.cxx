@@ -177,6 +177,9 @@ private:
     GeometricTextureTrainingOptions options;
     run.SetSharedOptions(options);
     options.Name = self.TextureName;
+    options.Objective = static_cast<surfsynth::TextureObjective>(self.Objective);
+    options.FlowSteps = self.FlowSteps;
+    options.Projections = self.NumberOfProjections;
     options.IterationsPerLevel = self.IterationsPerLevel;
     options.IterationsOfLevels.assign(self.IterationsOfLevels.begin(), self.IterationsOfLevels.end());
     options.DiscriminatorSteps = self.DiscriminatorSteps;
@@ -286,6 +289,9 @@ void vtkGeometricTextureTrainer::PrintSelf(ostream& os, vtkIndent indent)
     os << " " << name;
   }
   os << "\n";
+  os << indent << "Objective: " << this->Objective << "\n";
+  os << indent << "FlowSteps: " << this->FlowSteps << "\n";
+  os << indent << "NumberOfProjections: " << this->NumberOfProjections << "\n";
   os << indent << "IterationsPerLevel: " << this->IterationsPerLevel << "\n";
   os << indent << "IterationsOfLevels:";
   for (const int iterations : this->IterationsOfLevels)

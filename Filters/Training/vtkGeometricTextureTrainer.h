@@ -5,7 +5,8 @@
  *
  * Trains the generator of "Deep Geometric Texture Synthesis" (Hertz et al. 2020, sections 3 and 4): level by level, a
  * network that displaces the points of a mesh, against a discriminator that looks at the triangles of the result and of
- * the reference (a Wasserstein GAN with gradient penalty). The model file serves targets of any shape;
+ * the reference (a Wasserstein GAN with gradient penalty). Two other objectives train the same network without a
+ * discriminator, a sliced Wasserstein distance and flow matching. The model file serves targets of any shape;
  * vtkGeometricTextureSynthesizer synthesizes the texture on them. Files, device, seed and learning rate are those of
  * vtkModelTrainer.
  *
@@ -76,6 +77,45 @@ public:
   int GetNumberOfReferenceFileNames() const { return static_cast<int>(this->ReferenceFileNames.size()); }
   void SetReferenceFileName(int index, const char* name);
   const char* GetReferenceFileName(int index) const;
+  ///@}
+
+  /// Objectives of the generators: values of Objective.
+  enum Objectives
+  {
+    ADVERSARIAL = 0,        ///< discriminators, as published
+    SLICED_WASSERSTEIN = 1, ///< the sliced Wasserstein distance of features of triangles, and of 3 and 6 rings
+    FLOW_MATCHING = 2       ///< the velocity of a flow from noise to the displacements of the reference, level by level
+  };
+
+  ///@{
+  /**
+   * What the generators learn by. With SLICED_WASSERSTEIN the distance of vtkGeometricTextureDistance of 1, 3 and 6 rings,
+   * in as many random directions as NumberOfProjections, takes the place of the discriminator. With FLOW_MATCHING each level
+   * learns from the reference alone to turn noise into its displacements, in FlowSteps evaluations of the network at each
+   * level of a synthesis; such models have no statistics of the reference and do not reconstruct it. With both,
+   * DiscriminatorSteps and the penalty are not used. Default ADVERSARIAL, as published.
+   */
+  vtkSetClampMacro(Objective, int, ADVERSARIAL, FLOW_MATCHING);
+  vtkGetMacro(Objective, int);
+  void SetObjectiveToAdversarial() { this->SetObjective(ADVERSARIAL); }
+  void SetObjectiveToSlicedWasserstein() { this->SetObjective(SLICED_WASSERSTEIN); }
+  void SetObjectiveToFlowMatching() { this->SetObjective(FLOW_MATCHING); }
+  ///@}
+
+  ///@{
+  /**
+   * Steps of the flow at each level of a synthesis, from 1 to 1000. It is written into the model file. Default 10.
+   */
+  vtkSetClampMacro(FlowSteps, int, 1, 1000);
+  vtkGetMacro(FlowSteps, int);
+  ///@}
+
+  ///@{
+  /**
+   * Random directions of the sliced Wasserstein distance in each step, from 1 to 10000. Default 64.
+   */
+  vtkSetClampMacro(NumberOfProjections, int, 1, 10000);
+  vtkGetMacro(NumberOfProjections, int);
   ///@}
 
   ///@{
@@ -241,6 +281,9 @@ private:
 
   std::string TextureName = "texture";
   std::vector<std::string> ReferenceFileNames;
+  int Objective = ADVERSARIAL;
+  int FlowSteps = 10;
+  int NumberOfProjections = 64;
   int IterationsPerLevel = 2000;
   std::vector<int> IterationsOfLevels;
   int DiscriminatorSteps = 2;

@@ -22,6 +22,7 @@ PROPERTIES = {
     "InitialModelFileName": ("", "initial.safetensors", "initial.safetensors"),
     "EncoderIterations": (0, 300, 300),
     "NumberOfEigenfunctions": (64, 8, 8),
+    "EncoderEdgeSplits": (0.0, 0.5, 0.5),
     "WithoutEncoder": (0, 1, True),
     "Width": (64, 8, 8),
     "Blocks": (4, 2, 2),

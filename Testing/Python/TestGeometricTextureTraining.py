@@ -108,6 +108,9 @@ def test_arguments_of_the_fit_are_checked(ball, parameters, error):
         ({"iterations": [3, 0]}, ValueError),
         ({"iterations": [3, 1.5]}, TypeError),
         ({"penalty_interval": 0}, ValueError),
+        ({"objective": "diffusion"}, ValueError),
+        ({"flow_steps": 0}, ValueError),
+        ({"projections": 0}, ValueError),
         ({"references": [3]}, TypeError),
         ({"levels": None, "dataset": "a.safetensors", "references": [[]]}, TypeError),
         ({"layers": 2}, ValueError),
@@ -137,6 +140,26 @@ def test_levels_have_their_iterations_and_references_are_drawn(ball, tmp_path):
     options += ["--references", second, "--penalty-interval", "2"]
     assert main(["train", "geometric-texture", first, model, *options, "--iterations", "3"]) == 0
     assert main(["train", "geometric-texture", first, model, *options, "--iterations", "3,2", "--no-resume"]) == 1
+
+
+@pytest.mark.parametrize("objective", ["sliced_wasserstein", "flow_matching"])
+def test_objectives_train_models_that_synthesize(ball, tmp_path, objective):
+    model, same = str(tmp_path / "a.model"), str(tmp_path / "b.model")
+    own = {"objective": objective, "flow_steps": 2, "projections": 5}
+    losses = train_geometric_texture([ball], model=model, **{**SMALL, "iterations": [3], **own})
+    assert (losses["critic_loss"] == 0).all() and (losses["reconstruction_loss"] > 0).all()
+    dataset = str(tmp_path / "ball.safetensors")
+    fit_levels(ball, template=ball, levels=1, iterations=0, dataset=dataset)
+    options = ["--layers", "3", "--start-channels", "4", "--minimum-channels", "4", "--device", "cpu", "--flow-steps", "2"]
+    options += ["--objective", objective, "--projections", "5", "--iterations", "3"]
+    assert main(["train", "geometric-texture", dataset, same, *options]) == 0
+    target = polydata_of(*ball)
+    points = points_of(geometric_texture(target, model, seed=3))
+    assert np.isfinite(points).all() and np.abs(points - ball[0]).max() > 1e-3
+    assert points_of(geometric_texture(target, same, seed=3)).shape == points.shape
+    if objective == "flow_matching":
+        with pytest.raises(SurfaceSynthesisError, match="statistics"):
+            geometric_texture(ball, model, norm_statistics="reference")
 
 
 @pytest.mark.parametrize("text", ["", "2000,", "2000,,600", "many", "1.5"])

@@ -229,6 +229,7 @@ if "train_flow_matching" in surfacesynthesis.__all__:
         (field_latent_training.training.DEVICES, "vtkFieldLatentTrainer", "Device"),
         (field_latent_training.SIZES, "vtkFieldLatentTrainer", "Sizes"),
         (field_latent_training.COORDINATES, "vtkFieldLatentTrainer", "Coordinates"),
+        (geometric_texture_training.OBJECTIVES, "vtkGeometricTextureTrainer", "Objective"),
         (latent_diffusion_training.training.DEVICES, "vtkLatentDiffusionTrainer", "Device"),
         (latent_diffusion_training.SIZES, "vtkLatentDiffusionTrainer", "Sizes"),
         (latent_diffusion_training.TARGETS, "vtkLatentDiffusionTrainer", "Target"),

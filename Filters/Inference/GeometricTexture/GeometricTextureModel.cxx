@@ -29,6 +29,11 @@ constexpr const char* StatisticsPrefix = "statistics.";
 constexpr const char* PointsName = "template.points";
 constexpr const char* TrianglesName = "template.triangles";
 constexpr const char* NoiseName = "reconstruction_noise";
+constexpr const char* FlowStepsKey = "flow_steps";
+constexpr const char* FlowFormatVersion = "2"; ///< of models whose networks are velocities
+
+/// Largest GeometricTextureOptions::FlowSteps.
+constexpr std::int64_t MaximumFlowSteps = 1000;
 
 constexpr std::int64_t EdgeChannels = 4;
 constexpr std::int64_t GeneratorOutputs = 3;
@@ -96,6 +101,8 @@ void ReadOptions(const SafetensorsFile& file, GeometricTextureModel& model)
   model.Options.MinimumChannels = reader.WholeNumber("least_channels");
   model.Options.MaximumChannels = reader.WholeNumber("most_channels");
   model.Options.NoiseAmplitude = reader.Number("noise_amplitude");
+  const bool isFlow = model.Metadata.at("format_version") == FlowFormatVersion;
+  model.Options.FlowSteps = isFlow ? reader.WholeNumber(FlowStepsKey) : 0;
 }
 
 /// Checks names and shapes of the tensors, and that their numbers are finite.
@@ -263,7 +270,7 @@ void CheckOptions(const GeometricTextureOptions& options)
     std::int64_t Maximum;
   } ranges[] = { { "levels", options.Levels, 1, 16 }, { "layers", options.Layers, 3, 32 },
     { "start_channels", options.StartChannels, 1, 4096 }, { "least_channels", options.MinimumChannels, 1, 4096 },
-    { "most_channels", options.MaximumChannels, 1, 4096 } };
+    { "most_channels", options.MaximumChannels, 1, 4096 }, { FlowStepsKey, options.FlowSteps, 0, MaximumFlowSteps } };
   for (const auto& range : ranges)
   {
     if (range.Value < range.Minimum || range.Value > range.Maximum)
@@ -333,13 +340,14 @@ std::string GeometricTextureModel::Description() const
   return "\"" + this->Name + "\": " + std::to_string(this->Options.Levels) + " levels of " +
     std::to_string(this->Options.Layers - 1) + " convolutions with up to " +
     std::to_string(*std::max_element(channels.begin(), channels.end())) + " channels; " +
+    (this->Options.FlowSteps > 0 ? "flow of " + std::to_string(this->Options.FlowSteps) + " steps; " : std::string()) +
     (triangles == 0 ? std::string("without a template") : "template of " + std::to_string(triangles) + " triangles");
 }
 
 GeometricTextureModel ReadGeometricTexture(const std::string& path)
 {
   const SafetensorsFile file(path);
-  RequireArchitecture(file, GeometricTextureArchitecture, Kind);
+  RequireArchitecture(file, GeometricTextureArchitecture, Kind, FlowFormatVersion);
   GeometricTextureModel model;
   model.Metadata = file.Metadata();
   ReadOptions(file, model);
@@ -403,13 +411,16 @@ void WriteGeometricTexture(const std::string& path, const GeometricTextureModel&
   const GeometricTextureOptions& options = model.Options;
   std::map<std::string, std::string> metadata = model.Metadata;
   metadata["architecture"] = GeometricTextureArchitecture;
-  metadata["format_version"] = ModelFormatVersion;
+  metadata["format_version"] = options.FlowSteps > 0 ? FlowFormatVersion : ModelFormatVersion;
   metadata["producer"] = "SurfaceSynthesis";
-  metadata[TextureKey] = nlohmann::json(
-    { { "name", model.Name }, { "levels", options.Levels }, { "layers", options.Layers },
-      { "start_channels", options.StartChannels }, { "least_channels", options.MinimumChannels },
-      { "most_channels", options.MaximumChannels }, { "noise_amplitude", options.NoiseAmplitude } })
-                           .dump();
+  nlohmann::json description = { { "name", model.Name }, { "levels", options.Levels }, { "layers", options.Layers },
+    { "start_channels", options.StartChannels }, { "least_channels", options.MinimumChannels },
+    { "most_channels", options.MaximumChannels }, { "noise_amplitude", options.NoiseAmplitude } };
+  if (options.FlowSteps > 0)
+  {
+    description[FlowStepsKey] = options.FlowSteps;
+  }
+  metadata[TextureKey] = description.dump();
   WriteSafetensors(path, tensors, metadata);
 }
 

@@ -29,6 +29,9 @@ struct GeometricTextureOptions
   std::int64_t MinimumChannels = 32;  ///< "minimum" of the rule, 1 to 4096
   std::int64_t MaximumChannels = 128; ///< "maximum" of the rule, 1 to 4096
   double NoiseAmplitude = 0.1; ///< standard deviation of each coordinate, in mean edge lengths of the level; >= 0
+  /// 0: the network of a level maps a mesh with noise to displacements, as published. Above 0: it is the velocity of a
+  /// flow from the noise to the displacements, integrated in so many steps; at most 1000.
+  std::int64_t FlowSteps = 0;
 
   /// Channels of the generator of a level.
   GeometricTextureChannels GeneratorChannels(std::int64_t level) const;
@@ -84,16 +87,18 @@ struct GeometricTextureModel
   /// Template of level 0, in units of the mean edge length of the reference mesh; empty in files without one (converted
   /// ones). Meets GeometricTextureSampler::Requirements().
   TriangleMesh Template;
-  SinglePoints ReconstructionNoise; ///< [V of Template, 3], noise that gives the reference; empty without a template
-  std::string Name;                 ///< name of the texture, for people
+  /// [V of Template, 3], noise that gives the reference, of a flow a sample like others; empty without a template
+  SinglePoints ReconstructionNoise;
+  std::string Name;                            ///< name of the texture, for people
   std::map<std::string, std::string> Metadata; ///< metadata of the file, unchanged
 
   std::string Description() const; ///< description in one line: name, levels, channels, template
 };
 
-/// Reads a model file: safetensors with the metadata `architecture` ("geometric_texture"), `format_version` ("1"),
+/// Reads a model file: safetensors with the metadata `architecture` ("geometric_texture"), `format_version` ("1",
+/// or "2" of a flow),
 /// `geometric_texture` (a JSON object with the numbers levels, layers, start_channels, least_channels, most_channels,
-/// noise_amplitude and the string name) and the tensors levels.* of the generator under their published names,
+/// noise_amplitude, in format version 2 flow_steps, and the string name) and the tensors levels.* of the generator under their published names,
 /// statistics.levels.*, discriminator.levels.*, template.points [V, 3], template.triangles [F, 3] (integers) and
 /// reconstruction_noise [V, 3], of which all but the first may be absent, the three of the template together.
 /// @throws InvalidInput when the file cannot be opened; FormatError when it breaks a rule of its format or a number is

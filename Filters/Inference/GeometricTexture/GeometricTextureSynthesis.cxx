@@ -73,11 +73,10 @@ void GeometricTextureSynthesis::SetSizes(
   this->Sizes = sizes / static_cast<float>(mean);
 }
 
-/// Computes the displacement of the vertices by a level of a model, [V, 3], in units of the level.
-PointMatrix GeometricTextureSynthesis::OffsetBy(const GeometricTextureModel& model, int level,
+/// Computes what a network makes of the level's @p points moved by @p noise, [V, 3], in units of each place.
+PointMatrix GeometricTextureSynthesis::LocalOffset(const FaceNetwork& network, const SinglePoints& points,
   const SinglePoints& noise, const Progress& progress, NetworkStatistics* found)
 {
-  const SinglePoints points = this->LevelPoints();
   EdgeFeatureMatrix features;
   if (noise.rows() > 0)
   {
@@ -94,14 +93,39 @@ PointMatrix GeometricTextureSynthesis::OffsetBy(const GeometricTextureModel& mod
     features.row(f) *= 3.0F / (this->Sizes[t(0)] + this->Sizes[t(1)] + this->Sizes[t(2)]);
   }
   Report(progress, 0.1);
-  const bool byReference = this->Statistics == NormStatistics::Reference;
-  const FaceNetwork network(model.Generator, level, model.Options.Layers,
-    byReference ? model.Statistics : std::map<std::string, ModelTensor>());
   {
     const SingleThreadedBlas blas;
     this->Local = network.Run(features, this->Neighbors.Faces, SubProgress(progress, 0.1, 0.9), found);
   }
-  PointMatrix offset = MeanCornerDisplacement(points, this->Base.Triangles, this->Local).cast<double>();
+  return MeanCornerDisplacement(points, this->Base.Triangles, this->Local).cast<double>();
+}
+
+/// Computes the displacement of the vertices by a level of a model, [V, 3], in units of the level.
+PointMatrix GeometricTextureSynthesis::OffsetBy(const GeometricTextureModel& model, int level,
+  const SinglePoints& noise, const Progress& progress, NetworkStatistics* found)
+{
+  const SinglePoints points = this->LevelPoints();
+  const bool byReference = this->Statistics == NormStatistics::Reference;
+  const FaceNetwork network(model.Generator, level, model.Options.Layers,
+    byReference ? model.Statistics : std::map<std::string, ModelTensor>());
+  const std::int64_t steps = model.Options.FlowSteps;
+  PointMatrix offset = PointMatrix::Zero(points.rows(), 3);
+  if (steps == 0)
+  {
+    offset = this->LocalOffset(network, points, noise, progress, found);
+  }
+  else if (noise.rows() > 0)
+  {
+    offset = noise.cast<double>();
+  }
+  for (std::int64_t k = 0; k < steps; ++k)
+  {
+    const auto all = static_cast<double>(steps);
+    const auto at = static_cast<double>(k);
+    offset += this->LocalOffset(
+                network, points, offset.cast<float>(), SubProgress(progress, at / all, (at + 1.0) / all), found) /
+      all;
+  }
   if (this->Sizes.size() > 0)
   {
     offset.array().colwise() *= this->Sizes.cast<double>().array();

@@ -67,6 +67,8 @@ public:
 private:
   PointMatrix OffsetBy(const GeometricTextureModel& model, int level, const SinglePoints& noise,
     const Progress& progress, NetworkStatistics* found);
+  PointMatrix LocalOffset(const FaceNetwork& network, const SinglePoints& points, const SinglePoints& noise,
+    const Progress& progress, NetworkStatistics* found);
 
   const GeometricTextureModel& Model;
   const GeometricTextureModel* SecondModel = nullptr;

@@ -105,6 +105,8 @@ const std::map<std::string, LatentDiffusionOptions> DiffusionSizes = { { "paper"
   { "small", LatentDiffusionOptions::Small() } };
 const std::map<std::string, DiffusionTarget> Targets = { { "noise", DiffusionTarget::Noise },
   { "data", DiffusionTarget::Data }, { "velocity", DiffusionTarget::Velocity } };
+const std::map<std::string, TextureObjective> Objectives = { { "adversarial", TextureObjective::Adversarial },
+  { "sliced_wasserstein", TextureObjective::SlicedWasserstein }, { "flow_matching", TextureObjective::FlowMatching } };
 const std::map<std::string, bool> YesOrNo = { { "yes", true }, { "no", false } };
 
 /// One option of the command line: its help text, and the function that takes its value.
@@ -286,6 +288,8 @@ public:
     CommandOptions known = this->PoissonNetOptions(this->Options);
     AddNumber(known, "--batch", this->Options.BatchSize, "surfaces in an iteration");
     AddNumber(known, "--eigenfunctions", this->Options.Eigenfunctions, "channels of the encoding");
+    AddNumber(
+      known, "--encoder-edge-splits", this->Options.EdgeSplits, "largest part of the edges that are split at random");
     return known;
   }
   TrainingClock Clock() const override { return TrainingClock(this->Options.Iterations); }
@@ -307,6 +311,10 @@ public:
     CommandOptions known = this->SharedOptions(o);
     known["--iterations"] = { "iterations of each level, or one number for each, with commas between (2000)",
       [&o](const std::string& value) { SetIterations(value, o); } };
+    known["--objective"] = { "adversarial, sliced_wasserstein or flow_matching: what generators learn by (adversarial)",
+      [&o](const std::string& value) { o.Objective = Choose("--objective", value, Objectives); } };
+    AddNumber(known, "--flow-steps", o.FlowSteps, "of a flow at each level in a synthesis");
+    AddNumber(known, "--projections", o.Projections, "directions of the sliced Wasserstein distance in a step");
     AddNumber(known, "--discriminator-steps", o.DiscriminatorSteps, "in an iteration");
     AddNumber(known, "--generator-steps", o.GeneratorSteps, "in an iteration");
     AddNumber(known, "--learning-rate-interval", o.LearningRateInterval,

@@ -2,10 +2,13 @@
 #include "Learning/Training/EncodingTrainer.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Common/FormatNumber.h"
+#include "Core/Mesh/EdgeSplits.h"
 #include "Core/Mesh/MeshCheck.h"
 #include "Core/Random/CounterUniforms.h"
 #include "Core/Solvers/LaplaceEigenpairs.h"
 #include "Inference/FlowMatching/FlowMatchingSampler.h"
+#include "Learning/Layers/EdgeFeatureTensors.h"
 #include "Learning/Networks/InitialWeights.h"
 #include "Learning/Training/NetworkTraining.h"
 #include "Learning/Training/OptionChecks.h"
@@ -97,6 +100,10 @@ void CheckOptions(const EncodingTrainingOptions& options)
   const OptionChecks check("TrainingOptions");
   check.Count("Eigenfunctions", options.Eigenfunctions, 1, 10000);
   check.Count("BatchSize", options.BatchSize, 1, 100000);
+  if (!(options.EdgeSplits >= 0.0) || !(options.EdgeSplits <= 1.0))
+  {
+    throw InvalidInput("TrainingOptions: EdgeSplits is " + FormatNumber(options.EdgeSplits) + "; expected 0 to 1.");
+  }
 }
 
 class EncodingTrainer::Internals
@@ -116,8 +123,8 @@ public:
     Report(progress, 1.0);
   }
 
-  void Accumulate(const std::vector<TriangleMesh>& surfaces, NetworkLosses& losses);
-  std::vector<TriangleMesh> Surfaces() const;
+  void Accumulate(const std::vector<SubdividedMesh>& surfaces, NetworkLosses& losses);
+  std::vector<SubdividedMesh> Surfaces() const;
   std::map<std::string, std::string> Recipe() const;
 
   EncodingTrainingOptions Options;
@@ -127,6 +134,8 @@ public:
 
 private:
   TriangleMesh Surface(std::int64_t slot) const;
+  SubdividedMesh Split(TriangleMesh mesh, std::int64_t slot) const;
+  torch::Tensor TargetOn(const SubdividedMesh& surface) const;
 
   torch::Tensor Target; ///< [V, Eigenfunctions]
 };
@@ -162,28 +171,56 @@ TriangleMesh EncodingTrainer::Internals::Surface(std::int64_t slot) const
   return mesh;
 }
 
-/// The surfaces of this iteration.
-std::vector<TriangleMesh> EncodingTrainer::Internals::Surfaces() const
+/// Another triangulation of @p mesh, or the same without EdgeSplits.
+SubdividedMesh EncodingTrainer::Internals::Split(TriangleMesh mesh, std::int64_t slot) const
 {
-  std::vector<TriangleMesh> surfaces;
+  if (this->Options.EdgeSplits == 0.0)
+  {
+    return { std::move(mesh), {} };
+  }
+  NormalKey key;
+  key.Seed = this->Options.Seed;
+  key.Stream = 1; // 0 draws the surfaces
+  key.Sample = static_cast<std::uint32_t>(this->Training.Iteration());
+  key.Component = static_cast<std::uint32_t>(slot);
+  const double share = Uniform(key, 0) * this->Options.EdgeSplits;
+  return SplitEdges(mesh, [&](std::int64_t edge) { return Uniform(key, edge + 1) < share; });
+}
+
+/// The surfaces of this iteration.
+std::vector<SubdividedMesh> EncodingTrainer::Internals::Surfaces() const
+{
+  std::vector<SubdividedMesh> surfaces;
   for (std::int64_t slot = 0; slot < this->Options.BatchSize; ++slot)
   {
-    surfaces.push_back(this->Surface(slot));
+    surfaces.push_back(this->Split(this->Surface(slot), slot));
   }
   return surfaces;
 }
 
+/// The eigenfunctions at the vertices of a surface, [V + E, Eigenfunctions].
+torch::Tensor EncodingTrainer::Internals::TargetOn(const SubdividedMesh& surface) const
+{
+  if (surface.Parents.empty())
+  {
+    return this->Target;
+  }
+  const torch::Tensor parents = ParentTensor(surface, this->Training.Device());
+  return torch::cat({ this->Target, TakeRows(this->Target, parents).mean(1) }, 0);
+}
+
 /// The loss of this iteration and its gradient, which is added to that of the parameters.
-void EncodingTrainer::Internals::Accumulate(const std::vector<TriangleMesh>& surfaces, NetworkLosses& losses)
+void EncodingTrainer::Internals::Accumulate(const std::vector<SubdividedMesh>& surfaces, NetworkLosses& losses)
 {
   const torch::Device device = this->Training.Device();
-  for (const TriangleMesh& surface : surfaces)
+  for (const SubdividedMesh& split : surfaces)
   {
+    const TriangleMesh& surface = split.Mesh;
     const MeshTensors mesh(
       BuildPoissonOperators(surface, MeshTopology(surface), {}, this->Training.Network().Options().Shift),
       torch::TensorOptions(torch::kFloat32).device(device), surface.Points);
     const torch::Tensor positions = ToTensor(surface.Points.cast<float>(), device);
-    const torch::Tensor difference = this->Training.Network().forward(mesh, positions).Values - this->Target;
+    const torch::Tensor difference = this->Training.Network().forward(mesh, positions).Values - this->TargetOn(split);
     const torch::Tensor loss = MassMean(mesh, difference.square()).mean() / static_cast<double>(surfaces.size());
     loss.backward();
     losses.Vertex += loss.item<double>();
@@ -196,6 +233,10 @@ std::map<std::string, std::string> EncodingTrainer::Internals::Recipe() const
   std::map<std::string, std::string> recipe = RecipeOf(this->Options, "encoding");
   recipe["eigenfunctions"] = std::to_string(this->Options.Eigenfunctions);
   recipe["batch_size"] = std::to_string(this->Options.BatchSize);
+  if (this->Options.EdgeSplits != 0.0) // checkpoints of trainings that could have no other have no entry
+  {
+    recipe["edge_splits"] = FormatExact(this->Options.EdgeSplits);
+  }
   recipe["dataset"] = std::to_string(this->DatasetHash);
   return recipe;
 }
@@ -213,7 +254,7 @@ EncodingTrainer& EncodingTrainer::operator=(EncodingTrainer&&) noexcept = defaul
 
 void EncodingTrainer::Step()
 {
-  const std::vector<TriangleMesh> surfaces = this->Impl->Surfaces();
+  const std::vector<SubdividedMesh> surfaces = this->Impl->Surfaces();
   this->Impl->Training.Step([&](NetworkLosses& losses) { this->Impl->Accumulate(surfaces, losses); });
 }
 

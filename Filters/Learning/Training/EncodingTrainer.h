@@ -22,6 +22,9 @@ struct EncodingTrainingOptions : TrainingOptions
 {
   std::int64_t Eigenfunctions = 64; ///< channels of the encoding, >= 1; the paper's 64
   std::int64_t BatchSize = 4;       ///< surfaces in an iteration, >= 1
+  /// Largest part of the edges of a surface that are split at random, in [0, 1]; each surface of an iteration draws its
+  /// own, up to this. Above 0 the encoder learns no triangulation by heart.
+  double EdgeSplits = 0.0;
 };
 
 /// Checks the recipe. @throws InvalidInput naming the first option that is out of its range.
@@ -34,7 +37,8 @@ void CheckOptions(const EncodingTrainingOptions& options);
 /// The surfaces must correspond: all sources have the triangles of the first, which is the reference. Each source is a
 /// surface of the training, and where the dataset holds positions so is each of its samples. The eigenfunctions (without
 /// the constant) are scaled to mean square 1; the loss is the mean squared error over the surface, 1 for a prediction of
-/// nothing. Surfaces are moved to their centroid and scaled to area 1, which stands for the paper's random scales and
+/// nothing. With EdgeSplits each surface gets another triangulation in each iteration, with the eigenfunctions
+/// interpolated linearly at the new vertices. Surfaces are moved to their centroid and scaled to area 1, which stands for the paper's random scales and
 /// shifts.
 class EncodingTrainer : public ModelTrainer
 {

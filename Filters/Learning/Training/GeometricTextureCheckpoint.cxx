@@ -138,6 +138,15 @@ std::map<std::string, std::string> GeometricTextureTrainer::Internals::Recipe() 
   {
     recipe["penalty_interval"] = std::to_string(o.PenaltyInterval);
   }
+  if (o.Objective == TextureObjective::SlicedWasserstein)
+  {
+    recipe["objective"] = "sliced_wasserstein";
+    recipe["projections"] = std::to_string(o.Projections);
+  }
+  if (o.Objective == TextureObjective::FlowMatching)
+  {
+    recipe["objective"] = "flow_matching"; // steps matter to a synthesis alone
+  }
   return recipe;
 }
 
@@ -150,7 +159,10 @@ TrainingCheckpoint GeometricTextureTrainer::Internals::Checkpoint()
   if (!this->IsBetweenLevels())
   {
     AddAdamMoments("generator.", *this->GeneratorAdam, this->LevelGenerator(), checkpoint);
-    AddAdamMoments("discriminator.", *this->DiscriminatorAdam, this->Critic(), checkpoint);
+    if (this->HasDiscriminator())
+    {
+      AddAdamMoments("discriminator.", *this->DiscriminatorAdam, this->Critic(), checkpoint);
+    }
   }
   ModelTensor& losses = checkpoint.Tensors[LossesName];
   losses.Shape = { this->Done(), LossColumns };
@@ -174,7 +186,8 @@ void GeometricTextureTrainer::Internals::Restore(const std::string& file, const 
   const std::int64_t inLevel = this->InLevel(done);
   const std::string current = inLevel > 0 ? "levels." + std::to_string(level) + "." : "";
   const auto generator = RestoreNetwork(file, checkpoint, "generator.", *this->Generator, current);
-  const auto discriminator = RestoreNetwork(file, checkpoint, "discriminator.", *this->Discriminator, current);
+  const auto discriminator = RestoreNetwork(
+    file, checkpoint, "discriminator.", *this->Discriminator, this->HasDiscriminator() ? current : std::string());
 
   this->History = GeometricTextureLossHistory();
   const float* loss = losses.Values.data();

@@ -31,7 +31,8 @@ void RequireValidLevel(const TriangleMesh& mesh, const std::string& what)
 }
 } // namespace
 
-GeometricTextureLevels MakeGeometricTextureLevels(const MultiscaleDataset& dataset, const torch::Device& device)
+GeometricTextureLevels MakeGeometricTextureLevels(
+  const MultiscaleDataset& dataset, const torch::Device& device, const std::vector<int>& rings)
 {
   CheckDataset(dataset);
   GeometricTextureLevels levels;
@@ -52,6 +53,11 @@ GeometricTextureLevels MakeGeometricTextureLevels(const MultiscaleDataset& datas
     data.Tables = FaceTables(mesh, torch::TensorOptions(torch::kFloat32).device(device));
     data.Real = PointTensor(scale * (mesh.Points.rowwise() - center), device);
     data.RealFeatures = EdgeFeatureTensor(data.Tables, data.Real);
+    for (const int count : rings)
+    {
+      data.Rings.emplace_back(mesh, count, torch::TensorOptions(torch::kFloat32).device(device));
+      data.RealRingFeatures.push_back(RingFeatureTensor(data.Tables, data.Rings.back(), data.Real));
+    }
     data.Parents = ParentTensor(SubdivideAtMidpoints(mesh), device);
     scale *= 2.0;
   }

@@ -5,6 +5,7 @@
 
 #include "IO/Datasets/MultiscaleDataset.h"
 #include "Learning/Layers/EdgeFeatureTensors.h"
+#include "Learning/Layers/RingFeatureTensors.h"
 
 #include <torch/torch.h>
 
@@ -17,9 +18,11 @@ namespace surfsynth
 struct GeometricTextureLevelData
 {
   FaceTables Tables;
-  torch::Tensor Real;         ///< [V, 3], the reference
-  torch::Tensor RealFeatures; ///< [F, 12]
-  torch::Tensor Parents;      ///< [E, 2], where the next level has its new vertices
+  torch::Tensor Real;            ///< [V, 3], the reference
+  torch::Tensor RealFeatures;    ///< [F, 12]
+  torch::Tensor Parents;         ///< [E, 2], where the next level has its new vertices
+  std::vector<RingTables> Rings; ///< of the neighborhoods that a sliced Wasserstein distance looks at; empty for none
+  std::vector<torch::Tensor> RealRingFeatures; ///< [N, 6 R] each
 };
 
 struct GeometricTextureLevels
@@ -33,12 +36,16 @@ struct GeometricTextureLevels
 struct GeometricTextureReference
 {
   GeometricTextureLevels Levels;
-  SinglePoints ReconstructionNoise;  ///< [V of level 0, 3]
-  torch::Tensor ReconstructionStart; ///< output of the frozen levels for that noise; of levels above 0
+  SinglePoints ReconstructionNoise; ///< [V of level 0, 3]
+  /// Base of the reconstruction, before it is displaced: of levels above 0 the output of the frozen levels for that noise,
+  /// of a flow the level before.
+  torch::Tensor ReconstructionStart;
 };
 
 /// @throws InvalidInput when the dataset is not one of CheckDataset(), or a mesh does not meet
 /// GeometricTextureSampler::Requirements().
-GeometricTextureLevels MakeGeometricTextureLevels(const MultiscaleDataset& dataset, const torch::Device& device);
+/// @param rings sizes of neighborhoods, for their tables
+GeometricTextureLevels MakeGeometricTextureLevels(
+  const MultiscaleDataset& dataset, const torch::Device& device, const std::vector<int>& rings = {});
 
 } // namespace surfsynth

@@ -4,7 +4,6 @@
 #include "Core/Common/Errors.h"
 #include "Core/Random/CounterUniforms.h"
 #include "Inference/GeometricTexture/GeometricTextureSampler.h"
-#include "Learning/Losses/GeometricTextureLosses.h"
 #include "Learning/Networks/InitialWeights.h"
 #include "Learning/Training/GeometricTextureTrainerInternals.h"
 #include "Learning/Training/NetworkTraining.h"
@@ -80,30 +79,6 @@ torch::Tensor NoiseTensor(const SinglePoints& points, const torch::Device& devic
     .to(device, torch::kFloat32, false, true);
 }
 
-/// While it lives, a network's parameters are constants.
-class Frozen
-{
-public:
-  explicit Frozen(torch::nn::Module& network)
-    : Parameters(network.parameters())
-  {
-    this->Set(false);
-  }
-  ~Frozen() { this->Set(true); }
-  Frozen(const Frozen&) = delete;
-  Frozen& operator=(const Frozen&) = delete;
-
-private:
-  void Set(bool trainable)
-  {
-    for (torch::Tensor& parameter : this->Parameters)
-    {
-      parameter.set_requires_grad(trainable);
-    }
-  }
-  std::vector<torch::Tensor> Parameters;
-};
-
 using Optimizer = std::unique_ptr<torch::optim::Adam>;
 
 Optimizer MakeOptimizer(torch::nn::Module& network, double learningRate)
@@ -137,6 +112,8 @@ void CheckOptions(const GeometricTextureTrainingOptions& options)
     throw InvalidInput("GeometricTextureTrainingOptions: Name is empty; expected a name.");
   }
   const OptionChecks check("GeometricTextureTrainingOptions");
+  check.Count("FlowSteps", options.FlowSteps, 1, 1000);
+  check.Count("Projections", options.Projections, 1, 10000);
   check.Iterations("IterationsPerLevel", options.IterationsPerLevel);
   for (std::size_t k = 0; k < options.IterationsOfLevels.size(); ++k)
   {
@@ -220,6 +197,7 @@ GeometricTextureTrainer::Internals::Internals(
 {
   const std::size_t levels = references.front().Levels.size();
   this->Options.Network = WithLevels(options.Network, levels);
+  this->Options.Network.FlowSteps = options.Objective == TextureObjective::FlowMatching ? options.FlowSteps : 0;
   std::int64_t end = 0;
   for (const std::int64_t iterations : IterationsOfEachLevel(options, levels))
   {
@@ -237,7 +215,9 @@ GeometricTextureTrainer::Internals::Internals(
   for (const MultiscaleDataset& dataset : references)
   {
     GeometricTextureReference& reference = this->References.emplace_back();
-    reference.Levels = MakeGeometricTextureLevels(dataset, this->Where);
+    const bool compares = options.Objective == TextureObjective::SlicedWasserstein;
+    reference.Levels = MakeGeometricTextureLevels(
+      dataset, this->Where, compares ? std::vector<int>{ 3, 6 } : std::vector<int>());
     reference.ReconstructionNoise = NormalPoints(
       key, reference.Levels.Template.NumberOfPoints(), network.NoiseAmplitude);
     ++key.Sample;
@@ -286,11 +266,22 @@ void GeometricTextureTrainer::Internals::BeginLevel(std::int64_t level)
   this->Current = level;
   this->GeneratorAdam = MakeOptimizer(this->LevelGenerator(), this->Options.LearningRate);
   this->DiscriminatorAdam = MakeOptimizer(this->Critic(), this->Options.LearningRate);
+  const torch::NoGradGuard noGradients;
+  if (this->Options.Objective == TextureObjective::FlowMatching)
+  {
+    for (GeometricTextureReference& reference : this->References)
+    {
+      const auto above = static_cast<std::size_t>(level);
+      reference.ReconstructionStart = level == 0
+        ? reference.Levels.Start
+        : DoubledSubdivision(reference.Levels.Data[above - 1].Real, reference.Levels.Data[above - 1].Parents);
+    }
+    return;
+  }
   if (level == 0)
   {
     return;
   }
-  const torch::NoGradGuard noGradients;
   for (this->Drawn = 0; this->Drawn < this->References.size(); ++this->Drawn)
   {
     GeometricTextureReference& reference = this->Reference();
@@ -345,80 +336,6 @@ torch::Tensor GeometricTextureTrainer::Internals::CoarseSurface(std::int64_t slo
   return positions;
 }
 
-void GeometricTextureTrainer::Internals::TakeStep(
-  torch::optim::Adam& optimizer, const torch::nn::Module& network, double loss) const
-{
-  const double unlimited = std::numeric_limits<double>::infinity();
-  if (!std::isfinite(loss) || !std::isfinite(torch::nn::utils::clip_grad_norm_(network.parameters(), unlimited)))
-  {
-    throw SolverFailure("A loss or its gradient is not finite in iteration " + std::to_string(this->Done() + 1) +
-      " of the training; expected a lower learning rate, or meshes without needles.");
-  }
-  optimizer.step();
-  RequireFiniteWeights(network.parameters(), this->Done() + 1);
-}
-
-/// True in steps of the discriminator, numbered from 0 in each iteration, that have a gradient penalty.
-bool GeometricTextureTrainer::Internals::HasPenalty(std::int64_t slot) const
-{
-  const std::int64_t step = this->InLevel(this->Done()) * this->Options.DiscriminatorSteps + slot;
-  return step % this->Options.PenaltyInterval == 0;
-}
-
-void GeometricTextureTrainer::Internals::DiscriminatorStep(std::int64_t slot, GeometricTextureLosses& losses)
-{
-  const GeometricTextureLevelData& data = this->Data();
-  torch::Tensor fake;
-  {
-    const torch::NoGradGuard noGradients;
-    fake = EdgeFeatureTensor(data.Tables,
-      Displaced(this->LevelGenerator(), data.Tables, this->CoarseSurface(slot), this->Noise(slot, *this->Current)));
-  }
-  this->DiscriminatorAdam->zero_grad();
-  const double share = 1.0 / static_cast<double>(this->Options.DiscriminatorSteps);
-  if (this->HasPenalty(slot))
-  {
-    NormalKey key = this->KeyOfIteration();
-    key.Component = static_cast<std::uint32_t>(slot);
-    const torch::Tensor penalty = GradientPenalty(
-      this->Critic(), data.Tables, data.RealFeatures, fake, Uniform(key, 0));
-    (static_cast<double>(this->Options.PenaltyInterval) * this->Options.PenaltyWeight * penalty).backward();
-    std::int64_t penalties = 0; // of this iteration
-    for (std::int64_t k = 0; k < this->Options.DiscriminatorSteps; ++k)
-    {
-      penalties += this->HasPenalty(k) ? 1 : 0;
-    }
-    losses.Penalty += penalty.item<double>() / static_cast<double>(penalties);
-  }
-  const torch::Tensor difference = CriticValue(this->Critic(), data.Tables, fake) -
-    CriticValue(this->Critic(), data.Tables, data.RealFeatures);
-  difference.backward();
-  losses.Critic += share * difference.item<double>();
-  this->TakeStep(*this->DiscriminatorAdam, this->Critic(), losses.Critic + losses.Penalty);
-}
-
-void GeometricTextureTrainer::Internals::GeneratorStep(std::int64_t slot, GeometricTextureLosses& losses)
-{
-  const GeometricTextureLevelData& data = this->Data();
-  const std::int64_t level = *this->Current;
-  GeometricTextureLevelNetworkImpl& generator = this->LevelGenerator();
-  const Frozen critic(this->Critic());
-  this->GeneratorAdam->zero_grad();
-  const torch::Tensor fake = Displaced(generator, data.Tables, this->CoarseSurface(slot), this->Noise(slot, level));
-  const torch::Tensor adversarial = -CriticValue(this->Critic(), data.Tables, EdgeFeatureTensor(data.Tables, fake));
-  // Level 0 reconstructs from any noise, those above from one: the passes of both kinds have numbers of their own.
-  const std::int64_t fresh = slot + this->Options.GeneratorSteps;
-  const torch::Tensor reconstructed = level == 0
-    ? Displaced(generator, data.Tables, this->Reference().Levels.Start, this->Noise(fresh, 0))
-    : Displaced(generator, data.Tables, this->Reference().ReconstructionStart);
-  const torch::Tensor reconstruction = ReconstructionLoss(reconstructed, data.Real);
-  (this->Options.ReconstructionWeight * reconstruction + adversarial).backward();
-  const double share = 1.0 / static_cast<double>(this->Options.GeneratorSteps);
-  losses.Adversarial += share * adversarial.item<double>();
-  losses.Reconstruction += share * reconstruction.item<double>();
-  this->TakeStep(*this->GeneratorAdam, generator, losses.Adversarial + losses.Reconstruction);
-}
-
 /// Losses are rounded to the precision of checkpoints, so that a table is the same with and without one.
 void GeometricTextureTrainer::Internals::AppendLosses(std::int64_t iteration, const GeometricTextureLosses& losses)
 {
@@ -450,13 +367,15 @@ void GeometricTextureTrainer::Internals::Step()
   SetLearningRate(*this->DiscriminatorAdam, this->LearningRateAt(this->Done()));
   this->DrawReference();
   GeometricTextureLosses losses;
-  for (std::int64_t k = 0; k < this->Options.DiscriminatorSteps; ++k)
+  for (std::int64_t k = 0; this->HasDiscriminator() && k < this->Options.DiscriminatorSteps; ++k)
   {
     this->DiscriminatorStep(k, losses);
   }
   for (std::int64_t k = 0; k < this->Options.GeneratorSteps; ++k)
   {
-    this->GeneratorStep(this->Options.DiscriminatorSteps + k, losses);
+    const std::int64_t slot = this->Options.DiscriminatorSteps + k;
+    this->Options.Objective == TextureObjective::FlowMatching ? this->FlowStep(slot, losses)
+                                                              : this->GeneratorStep(slot, losses);
   }
   this->AppendLosses(this->Done(), losses);
 }
@@ -506,7 +425,10 @@ GeometricTextureModel GeometricTextureTrainer::Model() const
   model.Options = this->Impl->Options.Network;
   model.Name = this->Impl->Options.Name;
   model.Generator = GeometricTextureTensorsOf(*this->Impl->Generator);
-  model.Discriminator = GeometricTextureTensorsOf(*this->Impl->Discriminator);
+  if (this->Impl->HasDiscriminator())
+  {
+    model.Discriminator = GeometricTextureTensorsOf(*this->Impl->Discriminator);
+  }
   std::vector<TriangleMesh> templates;
   for (const GeometricTextureReference& reference : this->Impl->References)
   {
@@ -514,7 +436,10 @@ GeometricTextureModel GeometricTextureTrainer::Model() const
   }
   model.Template = templates.front();
   model.ReconstructionNoise = this->Impl->References.front().ReconstructionNoise;
-  model.Statistics = MeasureStatistics(model, templates);
+  if (model.Options.FlowSteps == 0) // channels of a flow change with its time
+  {
+    model.Statistics = MeasureStatistics(model, templates);
+  }
   return model;
 }
 

@@ -18,11 +18,22 @@
 namespace surfsynth
 {
 
+/// Objective of the generators of all levels.
+enum class TextureObjective
+{
+  Adversarial,       ///< a discriminator, as published
+  SlicedWasserstein, ///< the sliced Wasserstein distance of edge features, and of features of 3 and of 6 rings
+  FlowMatching       ///< the velocity of a flow from noise to the displacements of the reference [Lipman2023]
+};
+
 /// The recipe. Defaults are those of "Deep Geometric Texture Synthesis" (Hertz et al. 2020).
 struct GeometricTextureTrainingOptions : ModelTrainingOptions
 {
-  GeometricTextureOptions Network;        ///< but for Levels: there are as many as in the dataset
-  std::string Name = "texture";           ///< of the model, for people; not empty
+  GeometricTextureOptions Network;                            ///< but for Levels: there are as many as in the dataset
+  std::string Name = "texture";                               ///< of the model, for people; not empty
+  TextureObjective Objective = TextureObjective::Adversarial; ///< what the generators learn by
+  std::int64_t FlowSteps = 10;                                ///< of the flow at each level in a synthesis, 1 to 1000
+  std::int64_t Projections = 64;          ///< directions of the sliced Wasserstein distance in a step, 1 to 10000
   std::int64_t IterationsPerLevel = 2000; ///< >= 1
   /// Iterations of each level in turn, >= 1, as many as there are levels; empty: IterationsPerLevel of each. Coarse
   /// levels, where features are placed, cost a fraction of the finest one.
@@ -52,6 +63,13 @@ std::vector<std::int64_t> IterationsOfEachLevel(const GeometricTextureTrainingOp
 /// Wasserstein GAN with gradient penalty. Levels below the one that is trained stay as they are. A level whose channels
 /// are those of the level before begins with its weights.
 ///
+/// With TextureObjective::SlicedWasserstein there is no discriminator: the distance of the features of the generated mesh
+/// from those of the reference (CompareGeometricTextures(), 1, 3 and 6 rings, in as many random directions as
+/// Projections) takes the place of its value. With TextureObjective::FlowMatching a level learns from the reference alone,
+/// without the levels below: with b the level before, subdivided, d = reference - b, noise n and a time t uniform in
+/// [0, 1], the network gets b + (1 - t) n + t d and is to give d - n. It is not told t, which the noise shows. The network
+/// of a flow does not reconstruct the reference.
+///
 /// Of several references, each a surface with the same texture, each iteration draws one: surfaces of other curvature,
 /// for textures that are to grow on such. Their triangles should be of the same size beside the features of the
 /// texture. The model has the template of the first one, and statistics of channels over all.
@@ -78,10 +96,10 @@ public:
   /// Number of the iterations of all levels.
   std::int64_t Iterations() const override;
   /// Columns iteration (over all levels), level, and means over the steps of the iteration: critic_loss (of the
-  /// discriminator: value of generated meshes minus that of the reference), gradient_penalty (before it is weighted; 0
-  /// in iterations without one), adversarial_loss (of the generator: minus the value of generated meshes),
-  /// reconstruction_loss (mean squared distance from the reference, in squared mean edge lengths; monitored); and
-  /// learning_rate.
+  /// discriminator: value of generated meshes minus that of the reference; 0 without one), gradient_penalty (before it is
+  /// weighted; 0 in iterations without one), adversarial_loss (of the generator: minus the value of generated meshes, or
+  /// the sliced Wasserstein distance; 0 of a flow), reconstruction_loss (mean squared distance from the reference, of a
+  /// flow of the velocity from its target, in squared mean edge lengths; monitored); and learning_rate.
   const LossHistory& History() const override;
   /// True after the last iteration of each level.
   bool IsAtEndOfStage() const override;

@@ -43,6 +43,7 @@ public:
   std::int64_t Iterations() const { return this->LevelEnds.back(); }
   /// True after the last iteration of each level, and before the first one of all.
   bool IsBetweenLevels() const { return this->InLevel(this->Done()) == 0; }
+  bool HasDiscriminator() const { return this->Options.Objective == TextureObjective::Adversarial; }
   std::map<std::string, std::string> Recipe() const;
   TrainingCheckpoint Checkpoint();
   void Restore(const std::string& file, const TrainingCheckpoint& checkpoint);
@@ -73,8 +74,13 @@ private:
   torch::Tensor CoarseSurface(std::int64_t slot);
   void TakeStep(torch::optim::Adam& optimizer, const torch::nn::Module& network, double loss) const;
   bool HasPenalty(std::int64_t slot) const;
+  torch::Tensor Directions(std::int64_t slot, std::int64_t channels) const;
+  torch::Tensor SomeRows(std::int64_t slot, std::int64_t point, std::int64_t count) const;
+  torch::Tensor SlicedDistance(std::int64_t slot, const torch::Tensor& positions);
+  torch::Tensor AdversarialLoss(std::int64_t slot, const torch::Tensor& positions);
   void DiscriminatorStep(std::int64_t slot, GeometricTextureLosses& losses);
   void GeneratorStep(std::int64_t slot, GeometricTextureLosses& losses);
+  void FlowStep(std::int64_t slot, GeometricTextureLosses& losses);
 
   GeometricTextureReference& Reference() { return this->References[this->Drawn]; }
   GeometricTextureLevelData& Data() { return this->Reference().Levels.Data[static_cast<std::size_t>(*this->Current)]; }

@@ -4,7 +4,10 @@
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/Parallel.h"
+#include "Core/Mesh/EdgeSplits.h"
+#include "Core/Mesh/HalfEdges.h"
 #include "Core/Mesh/MeshCheck.h"
+#include "Core/Mesh/MeshStatistics.h"
 #include "Core/Mesh/MidpointSubdivision.h"
 #include "Core/Operators/SurfaceOperators.h"
 
@@ -139,6 +142,42 @@ TEST(MidpointSubdivision, IsTheSameForEveryNumberOfThreads)
   const SubdividedMesh three = with(3);
   EXPECT_EQ(one.Mesh.Triangles, three.Mesh.Triangles);
   EXPECT_EQ(one.Mesh.Points, three.Mesh.Points);
+}
+
+TEST(EdgeSplits, OfAllEdgesAreTheSubdivisionAndOfNoneTheMesh)
+{
+  const TriangleMesh mesh = test::IrregularSphere(1);
+  const SubdividedMesh all = SplitEdges(mesh, [](std::int64_t) { return true; });
+  EXPECT_EQ(all.Mesh.NumberOfPoints(), SubdivideAtMidpoints(mesh).Mesh.NumberOfPoints());
+  EXPECT_EQ(all.Mesh.NumberOfTriangles(), 4 * mesh.NumberOfTriangles());
+  const SubdividedMesh none = SplitEdges(mesh, [](std::int64_t) { return false; });
+  EXPECT_TRUE(none.Mesh.Triangles == mesh.Triangles && none.Mesh.Points == mesh.Points);
+  EXPECT_TRUE(none.Parents.empty());
+}
+
+TEST(EdgeSplits, OfSomeEdgesKeepTheSurface)
+{
+  const auto characteristic = [](const TriangleMesh& mesh) {
+    return mesh.NumberOfPoints() - EdgeGroups(mesh).NumberOfEdges() + mesh.NumberOfTriangles();
+  };
+  MeshRequirements requirements;
+  requirements.ConsistentWinding = true;
+  TriangleMesh open = test::IrregularSphere(2);
+  open.Triangles.conservativeResize(open.Triangles.rows() - 30, 3);
+  for (const TriangleMesh& mesh : { test::IrregularSphere(2), open })
+  {
+    for (int tenths = 1; tenths < 10; ++tenths)
+    {
+      const SubdividedMesh split = SplitEdges(mesh, [&](std::int64_t edge) {
+        return test::Uniform(tenths, static_cast<std::uint64_t>(edge)) < 0.2 * tenths - 1.0; // of numbers from -1 to 1
+      });
+      EXPECT_GT(split.Parents.size(), 0U);
+      EXPECT_EQ(split.Mesh.NumberOfPoints(), mesh.NumberOfPoints() + static_cast<Index>(split.Parents.size()));
+      EXPECT_EQ(characteristic(split.Mesh), characteristic(mesh));
+      EXPECT_TRUE(CheckMesh(split.Mesh, requirements).empty());
+      EXPECT_NEAR(SurfaceArea(split.Mesh), SurfaceArea(mesh), 1e-12 * SurfaceArea(mesh));
+    }
+  }
 }
 
 TEST(MidpointSubdivision, BrokenIdsAreRefused)

@@ -4,6 +4,7 @@
 #include "TrainingData.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Mesh/MidpointSubdivision.h"
 #include "Inference/FlowMatching/FlowMatchingSampler.h"
 #include "Inference/PoissonNet/PoissonNetEvaluator.h"
 #include "Learning/Training/EncodingTrainer.h"
@@ -87,10 +88,38 @@ TEST(EncodingTrainer, LearnsTheEigenfunctionsOfTheReference)
   EXPECT_GT(std::abs(z.dot(phi)) / (z.norm() * phi.norm()), 0.95);
 }
 
+/// Error of the first eigenfunction, up to its sign, on the surface that is split in all edges.
+double ErrorOnFiner(const PoissonNetModel& model, const PoissonNetModel& teacher, const TriangleMesh& mesh)
+{
+  const TriangleMesh fine = SubdivideAtMidpoints(mesh).Mesh;
+  const Eigen::VectorXf wanted = EvaluatePoissonNet(teacher, mesh).Values.col(0);
+  return (EvaluatePoissonNet(model, fine).Values.col(0).head(wanted.size()) - wanted).norm() / wanted.norm();
+}
+
+TEST(EncodingTrainer, WithEdgeSplitsItLearnsNoTriangulationByHeart)
+{
+  EncodingTrainingOptions options = SmallEncoding();
+  EncodingTrainer same(Ellipsoids(), options);
+  options.EdgeSplits = 1.0;
+  EncodingTrainer split(Ellipsoids(), options);
+  for (int k = 0; k < 150; ++k)
+  {
+    same.Step();
+    split.Step();
+  }
+  EXPECT_LT(split.History().Last(), 0.15);
+  const TriangleMesh mesh = Ellipsoid(1.4, 1.8);
+  EXPECT_LT(ErrorOnFiner(split.Model(), split.Model(), mesh), ErrorOnFiner(same.Model(), same.Model(), mesh));
+  options.EdgeSplits = 1.5;
+  EXPECT_THROW(CheckOptions(options), InvalidInput);
+}
+
 TEST(EncodingTrainer, GoesOnFromACheckpointAsIfItHadNotStopped)
 {
-  EncodingTrainer whole(Ellipsoids(), SmallEncoding());
-  EncodingTrainer first(Ellipsoids(), SmallEncoding());
+  EncodingTrainingOptions options = SmallEncoding();
+  options.EdgeSplits = 0.5;
+  EncodingTrainer whole(Ellipsoids(), options);
+  EncodingTrainer first(Ellipsoids(), options);
   for (int k = 0; k < 4; ++k)
   {
     whole.Step();
@@ -100,7 +129,7 @@ TEST(EncodingTrainer, GoesOnFromACheckpointAsIfItHadNotStopped)
     }
   }
   first.SaveCheckpoint("encoding.checkpoint");
-  EncodingTrainer second(Ellipsoids(), SmallEncoding());
+  EncodingTrainer second(Ellipsoids(), options);
   second.LoadCheckpoint("encoding.checkpoint");
   EXPECT_EQ(second.Iteration(), 2);
   second.Step();

@@ -3,7 +3,9 @@
 #include "ExampleMeshes.h"
 
 #include "Core/Common/Errors.h"
+#include "Core/Mesh/MeshTopology.h"
 #include "Learning/Layers/FaceConvolution.h"
+#include "Learning/Layers/RingFeatureTensors.h"
 #include "Learning/Losses/GeometricTextureLosses.h"
 #include "Learning/Losses/MeshFitLosses.h"
 #include "Learning/Networks/InitialWeights.h"
@@ -303,6 +305,48 @@ TEST(GeometricTextureLayers, GradientsAreThoseOfFiniteDifferences)
     [&](
       const torch::Tensor& x) { return (Displaced(generator->Level(0), tables, x, 0.1 * ofPoints) * ofPoints).sum(); },
     PointsOf(mesh));
+}
+
+TEST(RingFeatureTensors, AreTheCores)
+{
+  TriangleMesh open = test::IrregularSphere(2);
+  open.Triangles.conservativeResize(open.Triangles.rows() - 40, 3);
+  for (const TriangleMesh& mesh : { test::IrregularSphere(2), open, TextureSurface() })
+  {
+    for (const int rings : { 1, 3, 6 })
+    {
+      const FaceTables faces(mesh, torch::kFloat64);
+      const RingTables tables(mesh, rings, torch::kFloat64);
+      const torch::Tensor found = RingFeatureTensor(faces, tables, PointsOf(mesh));
+      const RingFeatureMatrix expected = ComputeRingFeatures(mesh, MeshTopology(mesh), rings);
+      ASSERT_EQ(found.size(0), expected.rows()) << rings;
+      ASSERT_EQ(found.size(1), expected.cols()) << rings;
+      const torch::Tensor core = torch::from_blob(
+        const_cast<float*>(expected.data()), { expected.rows(), expected.cols() }, torch::kFloat32);
+      EXPECT_LT((found - core).abs().max().item<double>(), 1e-5) << rings;
+      const torch::Tensor some = torch::arange(1, found.size(0), 7);
+      const torch::Tensor ofSome = RingFeatureTensor(faces, tables.Take(some), PointsOf(mesh));
+      EXPECT_LT((ofSome - found.index_select(0, some)).abs().max().item<double>(), 1e-12) << rings;
+    }
+  }
+}
+
+TEST(GeometricTextureLosses, SlicedDistancesAreThoseOfTheCore)
+{
+  const TriangleMesh mesh = test::IrregularSphere(2);
+  const torch::Tensor features = EdgeFeatureTensor(FaceTables(mesh, torch::kFloat64), PointsOf(mesh));
+  const torch::Tensor moved = features + 0.1 * Numbers({ features.size(0), features.size(1) }, 4);
+  const torch::Tensor axis = torch::zeros({ 12, 1 }, torch::kFloat64);
+  axis[2][0] = 1.0;
+  // Along one axis: the mean distance of the values of three edges, in ascending order.
+  const auto values = [](const torch::Tensor& of) {
+    return std::get<0>(torch::cat({ of.select(1, 2), of.select(1, 6), of.select(1, 10) }).sort());
+  };
+  const double expected = (values(features) - values(moved)).abs().mean().item<double>();
+  const double found = SlicedWassersteinLoss(AllEdgeOrders(moved), AllEdgeOrders(features), axis).item<double>();
+  EXPECT_NEAR(found, expected, 1e-12);
+  EXPECT_GT(found, 0.001);
+  EXPECT_EQ(SlicedWassersteinLoss(features, features, Numbers({ 12, 5 }, 8)).item<double>(), 0.0);
 }
 
 TEST(GeometricTextureLosses, GradientsOfThePenaltyAreThoseOfFiniteDifferences)

@@ -271,6 +271,58 @@ TEST_F(GeometricTextureTraining, ThePenaltyMayComeInSomeSteps)
   ExpectExactResumption({ Bumps(2) }, options, this->File("checkpoint"));
 }
 
+TEST_F(GeometricTextureTraining, OtherObjectivesGoOnFromAnyCheckpointAndHaveNoDiscriminator)
+{
+  for (const TextureObjective objective : { TextureObjective::SlicedWasserstein, TextureObjective::FlowMatching })
+  {
+    GeometricTextureTrainingOptions options = TinyGeometricTexture();
+    options.Objective = objective;
+    options.IterationsPerLevel = 2;
+    options.FlowSteps = 4;
+    ExpectExactResumption(SphereAndTorus(), options, this->File("checkpoint"));
+    const GeometricTextureTrainer trainer = Trained(options, 2, 4);
+    const GeometricTextureModel model = trainer.Model();
+    const bool isFlow = objective == TextureObjective::FlowMatching;
+    EXPECT_TRUE(model.Discriminator.empty());
+    EXPECT_EQ(model.Options.FlowSteps, isFlow ? 4 : 0);
+    EXPECT_EQ(model.Statistics.empty(), isFlow);
+    EXPECT_EQ(trainer.History().Column("critic_loss"), std::vector<double>(4, 0.0));
+    for (const double distance : trainer.History().Column("adversarial_loss"))
+    {
+      EXPECT_EQ(distance > 0.0, !isFlow);
+    }
+    // What it was learnt by is part of the recipe.
+    trainer.SaveCheckpoint(this->File("other"));
+    GeometricTextureTrainer published = Trained(TinyGeometricTexture(), 2, 0);
+    EXPECT_THROW(published.LoadCheckpoint(this->File("other")), ModelMismatch);
+  }
+}
+
+TEST_F(GeometricTextureTraining, AFlowTurnsNoiseIntoTheDisplacementsOfTheReference)
+{
+  GeometricTextureTrainingOptions options = TinyGeometricTexture();
+  options.Objective = TextureObjective::FlowMatching;
+  options.Network.StartChannels = options.Network.MinimumChannels = options.Network.MaximumChannels = 16;
+  options.Network.Layers = 5;
+  options.IterationsPerLevel = 400;
+  options.LearningRate = 5e-3;
+  options.LearningRateInterval = 0;
+  MultiscaleDataset dataset; // a sphere that grows: whatever the noise, the displacement is known
+  dataset.Template = Icosphere(1, 1.0);
+  dataset.Levels = { Icosphere(1, 1.25) };
+  const auto model = std::make_shared<GeometricTextureModel>(
+    Stepped({ { dataset }, options }, options.IterationsPerLevel).Model());
+  const double unit = MeanEdgeLength(dataset.Levels.front());
+  const PointMatrix start = dataset.Template.Points / unit;
+  const PointMatrix wanted = dataset.Levels.front().Points / unit - start;
+  GeometricTextureRequest request;
+  request.Seed = 3;
+  const PointMatrix found = GeometricTextureSampler(model).Generate(0, request).Mesh.Points - model->Template.Points;
+  const double correlation = found.cwiseProduct(wanted).sum() / (found.norm() * wanted.norm());
+  EXPECT_GT(correlation, 0.98);
+  EXPECT_NEAR(found.norm() / wanted.norm(), 1.0, 0.1);
+}
+
 TEST_F(GeometricTextureTraining, LearnsFromSeveralReferences)
 {
   GeometricTextureTrainingOptions options = TinyGeometricTexture();
@@ -412,6 +464,8 @@ TEST_F(GeometricTextureTraining, RefusesOptionsOutOfTheirRange)
     HasSubstr("IterationsOfLevels has 2 entries; expected one for each of the 1 levels"));
   EXPECT_THAT(refusal([](auto& o) { o.LearningRateInterval = -1; }), HasSubstr("LearningRateInterval is -1"));
   EXPECT_THAT(refusal([](auto& o) { o.PenaltyInterval = 0; }), HasSubstr("PenaltyInterval is 0"));
+  EXPECT_THAT(refusal([](auto& o) { o.FlowSteps = 0; }), HasSubstr("FlowSteps is 0"));
+  EXPECT_THAT(refusal([](auto& o) { o.Projections = 0; }), HasSubstr("Projections is 0"));
   EXPECT_THAT(refusal([](auto& o) { o.GeneratorSteps = 1001; }), HasSubstr("GeneratorSteps is 1001"));
   EXPECT_THAT(refusal([&](auto& o) { o.LearningRate = nan; }), HasSubstr("LearningRate is nan"));
   EXPECT_THAT(refusal([](auto& o) { o.LearningRateFactor = 1.5; }), HasSubstr("LearningRateFactor is 1.5"));

@@ -206,6 +206,7 @@ TEST_F(FlowMatchingTrainerFilter, DefaultsAreThoseOfTheLibrary)
   const surfsynth::TrainingFiles files;
   EXPECT_EQ(filter->GetEncoderIterations(), 0);
   EXPECT_EQ(filter->GetNumberOfEigenfunctions(), surfsynth::EncodingTrainingOptions().Eigenfunctions);
+  EXPECT_EQ(filter->GetEncoderEdgeSplits(), surfsynth::EncodingTrainingOptions().EdgeSplits);
   EXPECT_EQ(filter->GetWidth(), options.Width);
   EXPECT_EQ(filter->GetBlocks(), options.Blocks);
   EXPECT_EQ(filter->GetComplexLayers(), options.ComplexLayers);
@@ -244,6 +245,7 @@ TEST_F(FlowMatchingTrainerFilter, PropertiesAreClampedToTheirRanges)
   filter->SetWidth(0);
   filter->SetEncoderIterations(-1);
   filter->SetNumberOfEigenfunctions(0);
+  filter->SetEncoderEdgeSplits(1.5);
   filter->SetNoiseModel(9);
   filter->SetDevice(-1);
   filter->SetLearningRateFactor(2.0);
@@ -257,6 +259,7 @@ TEST_F(FlowMatchingTrainerFilter, PropertiesAreClampedToTheirRanges)
   EXPECT_EQ(filter->GetWidth(), 1);
   EXPECT_EQ(filter->GetEncoderIterations(), 0);
   EXPECT_EQ(filter->GetNumberOfEigenfunctions(), 1);
+  EXPECT_EQ(filter->GetEncoderEdgeSplits(), 1.0);
   EXPECT_EQ(filter->GetNoiseModel(), vtkFlowMatchingTrainer::SPECTRAL);
   EXPECT_EQ(filter->GetDevice(), vtkFlowMatchingTrainer::AUTO);
   EXPECT_EQ(filter->GetLearningRateFactor(), 1.0);
@@ -276,12 +279,13 @@ TEST_F(FlowMatchingTrainerFilter, PrintsAllProperties)
   for (const char* name : { "ModelFileName: ", "CheckpointFileName: ", "LossTableFileName: ", "CheckpointInterval: 500",
          "Resume: 1", "TimeBudget: 0", "Background: 0", "BackgroundState: ", "RemainingTime: 0", "DatasetFileName: ",
          "SignalArrayName: ", "EncoderFileName: ", "InitialModelFileName: ", "EncoderIterations: 0",
-         "NumberOfEigenfunctions: 64", "EncoderLoss: -1", "Width: 64", "Blocks: 4", "ComplexLayers: 3",
-         "InnerProducts: 0", "Prediction: -1", "Optimizer: 1", "LearningRateSchedule: 1", "NoiseModel: 0",
-         "Screening: 100", "NoiseSmoothing: -1", "NoiseScale: 0", "NumberOfEigenpairs: 256", "Iterations: 3000",
-         "BatchSize: 32", "SourcesPerBatch: 1", "SourceMemory: 8192", "WithoutEncoder: 0", "LearningRate: 0.02",
-         "Milestones: 0 0", "LearningRateFactor: 0.2", "GradientClip: 1", "VertexWeight: 1", "JacobianWeight: 1",
-         "WeightAveraging: 0.99", "Seed: 0", "Device: 0", "NumberOfIterationsDone: 0", "DeviceInUse: " })
+         "EncoderEdgeSplits: 0", "NumberOfEigenfunctions: 64", "EncoderLoss: -1", "Width: 64", "Blocks: 4",
+         "ComplexLayers: 3", "InnerProducts: 0", "Prediction: -1", "Optimizer: 1", "LearningRateSchedule: 1",
+         "NoiseModel: 0", "Screening: 100", "NoiseSmoothing: -1", "NoiseScale: 0", "NumberOfEigenpairs: 256",
+         "Iterations: 3000", "BatchSize: 32", "SourcesPerBatch: 1", "SourceMemory: 8192", "WithoutEncoder: 0",
+         "LearningRate: 0.02", "Milestones: 0 0", "LearningRateFactor: 0.2", "GradientClip: 1", "VertexWeight: 1",
+         "JacobianWeight: 1", "WeightAveraging: 0.99", "Seed: 0", "Device: 0", "NumberOfIterationsDone: 0",
+         "DeviceInUse: " })
   {
     EXPECT_THAT(stream.str(), HasSubstr(name));
   }

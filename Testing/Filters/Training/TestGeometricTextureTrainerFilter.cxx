@@ -319,6 +319,37 @@ TEST(GeometricTextureTrainerFilter, SeveralReferencesAndNumbersOfIterationsAreTh
   EXPECT_TRUE(BytesOf("references.files") == BytesOf("references.plain"));
 }
 
+TEST(GeometricTextureTrainerFilter, ObjectivesAreThoseOfThePlainTraining)
+{
+  const std::pair<int, TextureObjective> objectives[] = { { vtkGeometricTextureTrainer::ADVERSARIAL,
+                                                            TextureObjective::Adversarial },
+    { vtkGeometricTextureTrainer::SLICED_WASSERSTEIN, TextureObjective::SlicedWasserstein },
+    { vtkGeometricTextureTrainer::FLOW_MATCHING, TextureObjective::FlowMatching } };
+  for (const auto& [number, objective] : objectives)
+  {
+    GeometricTextureTrainingOptions options = SameOptions();
+    options.Objective = objective;
+    options.FlowSteps = 3;
+    options.Projections = 5;
+    TrainingFiles files;
+    files.Model = "objective.plain";
+    TrainGeometricTexture({ Dents() }, options, files);
+    const auto filter = TrainerFor("objective.filter", true);
+    filter->SetObjective(number);
+    filter->SetFlowSteps(3);
+    filter->SetNumberOfProjections(5);
+    OutputOf(filter);
+    EXPECT_TRUE(BytesOf("objective.filter") == BytesOf("objective.plain")) << number;
+  }
+  vtkNew<vtkGeometricTextureTrainer> filter;
+  filter->SetObjective(3);
+  EXPECT_EQ(filter->GetObjective(), vtkGeometricTextureTrainer::FLOW_MATCHING);
+  filter->SetObjectiveToSlicedWasserstein();
+  EXPECT_EQ(filter->GetObjective(), vtkGeometricTextureTrainer::SLICED_WASSERSTEIN);
+  filter->SetFlowSteps(0);
+  EXPECT_EQ(filter->GetFlowSteps(), 1);
+}
+
 TEST(GeometricTextureTrainerFilter, ListsArePrintedAndKeepTheirRange)
 {
   vtkNew<vtkGeometricTextureTrainer> filter;
@@ -370,12 +401,13 @@ TEST(GeometricTextureTrainerFilter, PropertiesAreClampedAndPrinted)
   EXPECT_EQ(filter->GetMTime(), before);
   std::ostringstream text;
   filter->Print(text);
-  for (const char* line : { "ModelFileName: \n", "CheckpointFileName: \n", "LossTableFileName: \n",
-         "CheckpointInterval: 500", "Resume: 1", "DatasetFileName: \n", "TextureName: texture", "IterationsPerLevel: 1",
-         "DiscriminatorSteps: 2", "GeneratorSteps: 3", "LearningRate: 0.0005", "LearningRateInterval: 500",
-         "LearningRateFactor: 1", "PenaltyWeight: 0.1", "PenaltyInterval: 1", "ReconstructionWeight: 5", "Layers: 3",
-         "StartChannels: 32", "MinimumChannels: 32", "MaximumChannels: 128", "NoiseAmplitude: 0.1", "Seed: 0",
-         "Device: 2", "NumberOfIterationsDone: 0", "DeviceInUse: \n" })
+  for (const char* line :
+    { "ModelFileName: \n", "CheckpointFileName: \n", "LossTableFileName: \n", "CheckpointInterval: 500", "Resume: 1",
+      "DatasetFileName: \n", "TextureName: texture", "Objective: 0", "FlowSteps: 10", "NumberOfProjections: 64",
+      "IterationsPerLevel: 1", "DiscriminatorSteps: 2", "GeneratorSteps: 3", "LearningRate: 0.0005",
+      "LearningRateInterval: 500", "LearningRateFactor: 1", "PenaltyWeight: 0.1", "PenaltyInterval: 1",
+      "ReconstructionWeight: 5", "Layers: 3", "StartChannels: 32", "MinimumChannels: 32", "MaximumChannels: 128",
+      "NoiseAmplitude: 0.1", "Seed: 0", "Device: 2", "NumberOfIterationsDone: 0", "DeviceInUse: \n" })
   {
     EXPECT_THAT(text.str(), HasSubstr(line));
   }

@@ -35,6 +35,13 @@ TEMPLATES = {
     "surface": vtkMultiscaleMeshFitter.SURFACE,
 }
 
+#: What the generators learn by, by the name that ``objective`` takes.
+OBJECTIVES = {
+    "adversarial": vtkGeometricTextureTrainer.ADVERSARIAL,
+    "sliced_wasserstein": vtkGeometricTextureTrainer.SLICED_WASSERSTEIN,
+    "flow_matching": vtkGeometricTextureTrainer.FLOW_MATCHING,
+}
+
 #: The columns of the losses.
 COLUMNS = (
     "iteration",
@@ -216,6 +223,15 @@ def train_geometric_texture(
     iterations : int or sequence of int
         Number of iterations of each level, or one number for each level in turn: coarse levels, where features are placed,
         take a fraction of the time of the finest one. Default 2000.
+    objective : str
+        What the generators learn by: "adversarial", discriminators, as published; "sliced_wasserstein", the distance of
+        geometric_texture_distance() of 1, 3 and 6 rings; "flow_matching", the velocity of a flow from noise to the
+        displacements of the reference, level by level, in models without statistics that do not reconstruct the
+        reference. Default "adversarial".
+    flow_steps : int
+        Steps of the flow at each level of a synthesis, from 1 to 1000, written into the model file. Default 10.
+    projections : int
+        Random directions of the sliced Wasserstein distance in each step, from 1 to 10000. Default 64.
     discriminator_steps, generator_steps : int
         Steps of each network in an iteration, from 1 to 1000. Default 2 and 3.
     learning_rate_interval, learning_rate_factor : int, float
@@ -246,6 +262,9 @@ def configured_trainer(
     dataset=None,
     texture_name="texture",
     iterations=2000,
+    objective="adversarial",
+    flow_steps=10,
+    projections=64,
     discriminator_steps=2,
     generator_steps=3,
     learning_rate_interval=500,
@@ -273,6 +292,9 @@ def configured_trainer(
             algorithm.SetIterationsOfLevel(level, count("iterations", number, 1, 100000000))
     else:
         algorithm.SetIterationsPerLevel(count("iterations", iterations, 1, 100000000))
+    algorithm.SetObjective(choice("objective", objective, OBJECTIVES))
+    algorithm.SetFlowSteps(count("flow_steps", flow_steps, 1, 1000))
+    algorithm.SetNumberOfProjections(count("projections", projections, 1, 10000))
     algorithm.SetDiscriminatorSteps(count("discriminator_steps", discriminator_steps, 1, 1000))
     algorithm.SetGeneratorSteps(count("generator_steps", generator_steps, 1, 1000))
     algorithm.SetLearningRateInterval(count("learning_rate_interval", learning_rate_interval, 0, 100000000))

@@ -48,6 +48,7 @@ _NUMBERS = {
     "encoder": (
         ("encoder-iterations", int, 0, "N", "iterations in which it is trained before the model, 0: none"),
         ("eigenfunctions", int, 64, "N", "of the first source, which the encoder that is trained predicts"),
+        ("encoder-edge-splits", float, 0.0, "F", "largest part of the edges that its training splits at random"),
     ),
     "noise": (
         ("screening", float, 100.0, "TAU", "tau of the noise on the surface scaled to area 1"),

@@ -36,6 +36,8 @@ def iterations_of_levels(text):
 _NUMBERS = {
     "training": (
         ("iterations", iterations_of_levels, 2000, "N[,N...]", "iterations of each level, or one number for each"),
+        ("flow-steps", int, 10, "N", "steps of a flow at each level of a synthesis"),
+        ("projections", int, 64, "N", "directions of the sliced Wasserstein distance in a step"),
         ("discriminator-steps", int, 2, "N", "steps of the discriminator in an iteration"),
         ("generator-steps", int, 3, "N", "steps of the generator in an iteration"),
         ("learning-rate-interval", int, 500, "N",
@@ -81,7 +83,14 @@ def add(kinds):
         metavar="DATASET",
         help="the same texture on other surfaces, of as many levels; each iteration draws one of all",
     )
-    _, options = add_training_options(parser, _NUMBERS)
+    groups, options = add_training_options(parser, _NUMBERS)
+    groups["training"].add_argument(
+        "--objective",
+        default="adversarial",
+        choices=["adversarial", "sliced_wasserstein", "flow_matching"],
+        metavar="OBJECTIVE",
+        help="what the generators learn by: adversarial (default, as published), sliced_wasserstein or flow_matching",
+    )
     for name, former in _FORMER.items():
         add_former_option(parser, former, options[name])
     add_former_option(parser, "--name", texture_name)
@@ -97,6 +106,7 @@ def run(arguments):
         arguments.model,
         dataset=arguments.dataset,
         texture_name=arguments.texture_name,
+        objective=arguments.objective,
         **training_parameters(arguments, _NUMBERS, arguments.model),
     )
     add_reference_files(algorithm, arguments.references)
