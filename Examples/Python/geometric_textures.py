@@ -5,9 +5,10 @@
     xvfb-run -a python3 geometric_textures.py --output DIR
 
 The models (Examples/Models) were learnt from balls with a displacement (Examples/Training/make_references.py): spikes, a
-labyrinth, and knobs that are wider above than at the neck. Writes
+labyrinth, and knobs that are wider above than at the neck. Spikes and knobs were learned twice: flow_NAME by flow matching, and NAME
+as published, which is taken without --flows. Writes
 
-    textures.png          rows: the textures; columns: the reference, and targets of genus 0, 1 and 2
+    textures.png          rows: the textures, of flows where there are; columns: the reference, and targets of genus 0, 1 and 2
     texture_samples.png   what grows on the template of the model: other samples of the reference itself
     texture_scales.png    above: one texture on one surface in four sizes (TextureScale); below: as it grows, level
                           by level
@@ -46,6 +47,8 @@ from make_references import LEVELS, balls, bare_levels, directions, grid, refere
 MODELS = os.path.join(EXAMPLES, "Models")
 SIZE = (460, 440)
 TEXTURES = ("spikes", "labyrinth", "knobs")
+#: Those of them that are shipped as flows, too.
+FLOWS = ("spikes", "knobs")
 #: Where a texture grows, of which genus, of how many points, and the direction that it is seen from.
 TARGETS = {
     "bear": (0, 2500, (0.3, 0.2, 1.0)),
@@ -72,7 +75,7 @@ def synthesized(mesh, model, **parameters):
 
 
 def model_of(options, texture):
-    return os.path.join(options.models, f"{texture}.safetensors")
+    return os.path.join(options.models, f"{'flow_' if options.flows else ''}{texture}.safetensors")
 
 
 def faces(mesh):
@@ -89,7 +92,8 @@ def textures(options):
         sheet.add(row, 0, f"{texture}: the reference\n{faces(reference)}", reference, view)
         for column, (name, target) in enumerate(targets.items(), 1):
             genus, _, direction = TARGETS[name]
-            output, seconds = synthesized(target, model_of(options, texture), start_level=START, seed=options.seed)
+            model = os.path.join(options.models, f"{'flow_' if texture in FLOWS else ''}{texture}.safetensors")
+            output, seconds = synthesized(target, model, start_level=START, seed=options.seed)
             print(f"{texture} on {name}, {faces(target)} to {faces(output)}: {seconds:.1f} s", flush=True)
             title = f"{name}, genus {genus}\n{faces(output)}, {seconds:.1f} s"
             sheet.add(row, column, title, output, rendering.view_of(target, aspect, direction, margin=1.2))
@@ -478,6 +482,7 @@ def main():
     parser.add_argument("--seed", type=int, default=1, help="default: 1")
     parser.add_argument("--norm-statistics", choices=["target", "reference"], default="target", help="of the two tables")
     levels = range(START, LEVELS)
+    parser.add_argument("--flows", action="store_true", help="models that have learned by flow matching, flow_NAME")
     parser.add_argument("--from-example", action="store_true", help="features without a model, from the reference itself")
     parser.add_argument("--level", type=int, choices=levels, default=LEVELS - 1, help="of the features (default: the finest)")
     parser.add_argument("--textures", nargs="+", choices=TEXTURES, default=TEXTURES, help="of the features (default: all)")

@@ -44,11 +44,14 @@ def check_documented_commands():
     """Each command of the README is one that the script takes."""
     with open(os.path.join(HERE, "README.md"), encoding="utf-8") as file:
         commands = re.findall(r"^python3 Examples/Training/train_textures\.py (.*)$", file.read(), re.MULTILINE)
-    assert len(commands) == 3, commands
+    assert len(commands) == 7, commands
     options = [train_textures.parsed(shlex.split(command, comments=True)) for command in commands]
     several = options[[len(one.surfaces) for one in options].index(3)]
     assert several.only == ["spikes", "knobs"] and several.iterations == [2000, 2000, 600, 300], several
     assert len(several.iterations) == several.levels
+    flows = [one for one in options if one.objective == "flow_matching"]
+    assert [train_textures.recipe_of(one)["layers"] for one in flows] == [9, 7], flows
+    assert all(len(train_textures.recipe_of(one)["iterations"]) == one.levels for one in flows)
 
 
 def check_training(folder):
@@ -58,6 +61,9 @@ def check_training(folder):
     train_textures.main([*arguments, "--surfaces", "ball", "torus"])
     with open(os.path.join(folder, "spikes.csv"), encoding="utf-8") as file:
         assert len(file.readlines()) == 4
+    train_textures.main([*arguments, "--objective", "flow_matching"])
+    flow = os.path.join(folder, "flow_spikes.safetensors")
+    assert surfacesynthesis.geometric_texture(None, flow, seed=1).GetNumberOfCells() == 4 * 320
     output = surfacesynthesis.geometric_texture(None, model, seed=1)
     assert output.GetNumberOfCells() == 4 * 320
     assert np.isfinite(surfacesynthesis.topology_report(output)["area"])

@@ -107,8 +107,9 @@ public:
   ///@{
   /**
    * Path of a flow matching model file whose weights the training begins with: to go on from few triangles to many, or with
-   * other samples. Encoder, noise, Prediction and the sizes of the network are then those of that model, whatever the
-   * properties for them say; EncoderFileName must be empty and EncoderIterations 0. Default "": random weights.
+   * other samples. Noise, Prediction and the sizes of the network are then those of that model, whatever the properties for
+   * them say, and so is the encoder, unless EncoderFileName names another one with as many channels; EncoderIterations must
+   * be 0. Default "": random weights.
    */
   void SetInitialModelFileName(const char* name);
   vtkGetCharFromStdStringMacro(InitialModelFileName);

@@ -6,6 +6,7 @@
 #include "SmallTextures.h"
 
 #include "Core/Common/Parallel.h"
+#include "Core/Mesh/MidpointSubdivision.h"
 #include "Core/Solvers/SingleThreadedBlas.h"
 #include "Core/Tangent/TangentHierarchy.h"
 #include "IO/Datasets/MultiscaleDataset.h"
@@ -17,6 +18,7 @@
 #include "Learning/Losses/GeometricTextureLosses.h"
 #include "Learning/Networks/InitialWeights.h"
 #include "Learning/Training/FieldLatentTrainer.h"
+#include "Learning/Training/GeometricTextureTrainer.h"
 #include "Learning/Training/LatentDiffusionTrainer.h"
 #include "Learning/Training/SampleGradients.h"
 
@@ -26,6 +28,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <string>
 #include <vector>
@@ -395,6 +398,57 @@ void GeometricTextureIteration(benchmark::State& state, std::int64_t channels)
   state.counters["SpeedUp"] = seconds[1] / seconds[0];
 }
 
+/// A torus with waves at four scales, of 320 to 20,480 triangles.
+MultiscaleDataset WavesOfTorus()
+{
+  MultiscaleDataset dataset;
+  TriangleMesh mesh = test::Torus(20, 8);
+  for (int level = 0; level < 4; ++level)
+  {
+    mesh = level > 0 ? SubdivideAtMidpoints(mesh).Mesh : mesh;
+    TriangleMesh waves = mesh;
+    for (Eigen::Index v = 0; v < waves.Points.rows(); ++v)
+    {
+      waves.Points(v, 2) += 0.05 * std::sin(9.0 * waves.Points(v, 0)) * std::cos(8.0 * waves.Points(v, 1));
+    }
+    dataset.Levels.push_back(waves);
+  }
+  return dataset;
+}
+
+/// Whole iterations of the finest level by the three objectives in turn; processor time.
+void TextureObjectives(benchmark::State& state)
+{
+  std::vector<GeometricTextureTrainer> trainers;
+  for (const TextureObjective objective :
+    { TextureObjective::FlowMatching, TextureObjective::Adversarial, TextureObjective::SlicedWasserstein })
+  {
+    GeometricTextureTrainingOptions options;
+    options.Objective = objective;
+    options.Network.MaximumChannels = 64;
+    options.IterationsOfLevels = { 1, 1, 1, 100000 };
+    options.Device = TrainingDevice::CPU;
+    trainers.emplace_back(WavesOfTorus(), options);
+    for (int coarse = 0; coarse < 4; ++coarse)
+    {
+      trainers.back().Step();
+    }
+  }
+  std::vector<double> seconds(trainers.size());
+  for ([[maybe_unused]] auto step : state)
+  {
+    for (std::size_t k = 0; k < trainers.size(); ++k)
+    {
+      const double start = ProcessorSeconds();
+      trainers[k].Step();
+      seconds[k] += ProcessorSeconds() - start;
+    }
+  }
+  state.counters["FlowMilliseconds"] = 1e3 * seconds[0] / static_cast<double>(state.iterations());
+  state.counters["AdversarialOverFlow"] = seconds[1] / seconds[0];
+  state.counters["SlicedOverFlow"] = seconds[2] / seconds[0];
+}
+
 } // namespace
 } // namespace surfsynth::bench
 
@@ -434,6 +488,7 @@ int main(int argc, char** argv)
       [channels](benchmark::State& state) { bench::GeometricTextureIteration(state, channels); })
       ->Unit(benchmark::kMillisecond);
   }
+  benchmark::RegisterBenchmark("TextureObjectives/small", bench::TextureObjectives)->Unit(benchmark::kMillisecond);
   for (const std::int64_t width : { 48, 64, 128 })
   {
     for (const bool fused : { true, false })

@@ -17,7 +17,8 @@ MODELS = {"FieldLatentDecoder": ["field_latents"], "FieldLatentEncoder": ["field
           "FieldLatentTexture": ["coat", "tissue", "wood"],
           "FlowMatchingDeformer": DEFORMERS,
           "FlowMatchingSampler": sorted([*DEFORMERS, "bunny_mixtures"]),
-          "GeometricTextureSynthesizer": ["knobs", "labyrinth", "spikes"], "PoissonNet": ["smoothed_curvature"]}
+          "GeometricTextureSynthesizer": ["flow_knobs", "flow_spikes", "knobs", "labyrinth", "spikes"],
+          "PoissonNet": ["smoothed_curvature"]}
 
 
 def definitions():

@@ -21,7 +21,7 @@ LoadPlugin(surfaces.plugin(), remote=False, ns=globals())
 
 # property: (default, another value, what GetX() of the VTK class then returns)
 SYNTHESIZER = {
-    "ModelFileName": ("knobs", "net.safetensors", "net.safetensors"),
+    "ModelFileName": ("flow_knobs", "net.safetensors", "net.safetensors"),
     "StartLevel": (-1, 1, 1),
     "EndLevel": (-1, 2, 2),
     "Seed": (0, 7, 7),

@@ -390,6 +390,10 @@ void CheckModel(const GeometricTextureModel& model)
   {
     CheckTensors(model.Discriminator, ExpectedGeometricTextureTensors(model.Options, true), "discriminator");
   }
+  if (!model.Statistics.empty() && model.Options.FlowSteps > 0)
+  {
+    RefuseTexture("a flow has statistics of its channels", "none, because they change with the time of the flow");
+  }
   if (!model.Statistics.empty())
   {
     CheckStatistics(model);

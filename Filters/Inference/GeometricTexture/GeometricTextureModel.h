@@ -82,7 +82,7 @@ struct GeometricTextureModel
   std::map<std::string, ModelTensor> Discriminator; ///< by published names, or empty: only continued training needs it
   /// Mean and variance of each channel of the generator on surfaces like the reference, by the names of
   /// ExpectedGeometricTextureStatistics(): they normalize the channels on any other surface. Empty in files without them,
-  /// as published: channels are then normalized by what they are on the surface itself.
+  /// as published, and in flows: channels are then normalized by what they are on the surface itself.
   std::map<std::string, ModelTensor> Statistics;
   /// Template of level 0, in units of the mean edge length of the reference mesh; empty in files without one (converted
   /// ones). Meets GeometricTextureSampler::Requirements().

@@ -90,6 +90,12 @@ void CheckShares(const std::string& name, const Eigen::VectorXf& values, const T
 void CheckRequest(const GeometricTextureModel& model, const GeometricTextureRequest& request, const TriangleMesh& mesh,
   const GeometricTextureLevelRange& levels)
 {
+  if (request.Statistics == NormStatistics::Reference && model.Options.FlowSteps > 0)
+  {
+    RefuseSample(
+      "the model is a flow, whose channels change with its time, so that it has no statistics of its reference",
+      "those of the target");
+  }
   if (request.Statistics == NormStatistics::Reference && model.Statistics.empty())
   {
     RefuseSample("the model has no statistics of its reference, which are to normalize its channels",
@@ -335,6 +341,10 @@ std::map<std::string, ModelTensor> MeasureStatistics(
   const GeometricTextureModel& model, const std::vector<TriangleMesh>& templates, int samples, const Progress& progress)
 {
   CheckModel(model);
+  if (model.Options.FlowSteps > 0)
+  {
+    RefuseSample("the model is a flow, whose channels change with its time", "a model that is none");
+  }
   if (samples < 1 || templates.empty())
   {
     RefuseSample("statistics of " + std::to_string(samples) + " samples of " + std::to_string(templates.size()) +

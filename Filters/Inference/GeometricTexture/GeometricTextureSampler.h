@@ -79,8 +79,10 @@ struct GeometricTextureLevel
 /// Synthesizer of the texture of one model on meshes [Hertz2020]. A mesh is moved to the mean of its vertices and
 /// scaled to a mean edge length of 1. At each level the network gets the mesh plus noise (normal numbers, a function of
 /// seed, stream, level, component and vertex) and displaces the mesh without the noise. Then, except after the last
-/// level, triangles are cut into four and all is doubled, so that edges stay about 1 long. Linear in the number of
-/// faces; results have the same bits for every number of threads.
+/// level, triangles are cut into four and all is doubled, so that edges stay about 1 long. The network of a flow
+/// (GeometricTextureOptions::FlowSteps) is the velocity of the displacements, which begin as the noise: each of the steps
+/// evaluates it on the mesh with the displacements so far. Linear in the number of faces, and of steps; results have the
+/// same bits for every number of threads.
 class GeometricTextureSampler
 {
 public:
@@ -121,7 +123,7 @@ private:
 /// Measures the statistics of the channels of a generator on random samples of the reference: means over the triangles
 /// of @p samples samples with the seeds 0, 1, ..., each normalized by itself.
 /// @return GeometricTextureModel::Statistics
-/// @throws InvalidInput as GeometricTextureSampler::Generate(), and for less than one sample; Cancelled.
+/// @throws InvalidInput as GeometricTextureSampler::Generate(), for a flow, and for less than one sample; Cancelled.
 std::map<std::string, ModelTensor> MeasureStatistics(
   const GeometricTextureModel& model, int samples = 8, const Progress& progress = {});
 /// Measures them on as many samples of each of several references, given by their templates, level 0: means over all.

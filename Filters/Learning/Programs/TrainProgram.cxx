@@ -250,11 +250,13 @@ public:
     AddNumber(known, "--noise-smoothing", o.Noise.Smoothing, "in squared edge lengths; -1: 0 for positions, 1 else");
     AddNumber(known, "--noise-scale", o.Noise.Scale, "factor of the noise, 0: as the data varies");
     AddNumber(known, "--eigenpairs", o.Noise.Eigenpairs, "of spectral noise");
-    known["--initial-model"] = { "model file whose training goes on; noise and network are its own (none)",
+    known["--initial-model"] = {
+      "model file whose training goes on; noise and network are its own, and the encoder without --encoder (none)",
       [this, &o](const std::string& value) {
         o.InitialModel = ReadFlowMatchingModel(value);
         this->Files.Inputs.push_back(value);
-      } };
+      }
+    };
     known["--prediction"] = { "velocity, data or preconditioned: what the network predicts (automatic)",
       [&o](const std::string& value) { o.Prediction = Choose("--prediction", value, Predictions); } };
     known["--noise-model"] = { "matern, per_vertex, white, unscreened or spectral (matern)",

@@ -403,8 +403,11 @@ void CheckOptions(const FlowMatchingTrainingOptions& options)
   check.Weight("JacobianWeight", options.JacobianWeight);
   check.Require(options.VertexWeight + options.JacobianWeight > 0.0, "VertexWeight + JacobianWeight", 0.0,
     "a number above 0: else nothing is learnt");
-  check.Require(!options.InitialModel || !options.Encoder, "Encoder", "given with InitialModel",
-    "none, because that model has its own encoder, or none");
+  const bool replaces = options.InitialModel && options.Encoder;
+  check.Require(!replaces ||
+      (options.InitialModel->Encoder &&
+        options.InitialModel->Encoder->Options.OutputChannels == options.Encoder->Options.OutputChannels),
+    "Encoder", "given with InitialModel", "none, or one with as many channels as the encoder of that model");
   check.Require(!options.WithoutEncoder || !options.Encoder, "WithoutEncoder", "given with Encoder", "one of both");
   check.Positive("Noise.Screening", options.Noise.Screening);
   check.Weight("Noise.Scale", options.Noise.Scale);

@@ -49,8 +49,9 @@ struct FlowMatchingTrainingOptions : TrainingOptions
   /// predicted, both terms of the loss are in units of the mean squares of the data and of their gradients, so that
   /// weights of 1 serve each signal.
   std::optional<FlowPrediction> Prediction;
-  /// The model whose weights the training begins with, to go on with other data or another triangulation. Encoder, noise,
-  /// prediction and the sizes of the network are then those of this model.
+  /// The model whose weights the training begins with, to go on with other data or another triangulation. Noise,
+  /// prediction and the sizes of the network are then those of this model, and so is the encoder unless Encoder replaces
+  /// it by another one with as many channels, of the same eigenfunctions.
   std::optional<FlowMatchingModel> InitialModel;
   std::int64_t BatchSize = 32;      ///< samples in an iteration, >= 1; the paper's 32
   std::int64_t SourcesPerBatch = 1; ///< surfaces that an iteration's samples come from, >= 1; divides BatchSize

@@ -398,10 +398,10 @@ TrainingSources PrepareSources(SignalDataset dataset, const FlowMatchingModel* i
   {
     prepared.Frame.SignalName = dataset.SignalName;
     prepared.Frame.Noise = noise;
-    if (encoder)
-    {
-      prepared.Frame.Encoder = *encoder;
-    }
+  }
+  if (encoder)
+  {
+    prepared.Frame.Encoder = *encoder;
   }
   AddProvenance(prepared.Frame, dataset);
   const std::vector<double> scales = NormalizeSurfaces(dataset);

@@ -7,6 +7,7 @@
 #include "ThrownText.h"
 
 #include "Core/Common/Errors.h"
+#include "Inference/GeometricTexture/GeometricTextureSampler.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -156,6 +157,28 @@ TEST(GeometricTextureModel, StatisticsOfChannelsBelongToAModelOrNot)
   EXPECT_THAT(
     MessageWithTensor("statistics.levels.0.layers.0.mean", TensorData::FromFloat32({ 6 }, std::vector<float>(6))),
     HasSubstr("\"statistics.levels.0.layers.0.variance\" [6] is missing"));
+}
+
+TEST(GeometricTextureModel, AFlowHasAFormatVersionAndNoStatistics)
+{
+  GeometricTextureModel flow = test::RandomGeometricTexture();
+  flow.Options.FlowSteps = 7;
+  WriteGeometricTexture("flow.safetensors", flow);
+  const GeometricTextureModel found = ReadGeometricTexture("flow.safetensors");
+  EXPECT_EQ(found.Options.FlowSteps, 7);
+  EXPECT_EQ(found.Metadata.at("format_version"), "2"); // versions before flows must not take it for another model
+  EXPECT_THAT(found.Description(), HasSubstr("flow of 7 steps"));
+  WriteGeometricTexture(Path, test::RandomGeometricTexture());
+  EXPECT_EQ(ReadGeometricTexture(Path).Metadata.at("format_version"), "1");
+  EXPECT_EQ(ReadGeometricTexture(Path).Options.FlowSteps, 0);
+  EXPECT_THAT(MessageAfter([](Tensors&, Metadata& metadata) { metadata["format_version"] = "2"; }),
+    HasSubstr("\"flow_steps\" in the metadata"));
+  EXPECT_THAT(MessageOfCheck([](auto& model) { model.Options.FlowSteps = 1001; }), HasSubstr("flow_steps is 1001"));
+  EXPECT_THAT(MessageOfCheck([](auto& model) {
+    model.Statistics = MeasureStatistics(model, 1);
+    model.Options.FlowSteps = 1;
+  }),
+    HasSubstr("a flow has statistics"));
 }
 
 TEST(GeometricTextureModel, MetadataAreChecked) { test::ExpectMetadataAreChecked(Kind); }

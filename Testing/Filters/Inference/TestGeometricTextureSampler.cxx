@@ -7,6 +7,7 @@
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/Parallel.h"
+#include "Core/Mesh/EdgeDistances.h"
 #include "Core/Mesh/MeshStatistics.h"
 #include "Core/Mesh/MidpointSubdivision.h"
 #include "Inference/GeometricTexture/GeometricTextureSampler.h"
@@ -363,6 +364,34 @@ TEST(GeometricTextureSampler, SizesGiveEachPlaceAUnitOfItsOwn)
   EXPECT_LT((Sampler().Synthesize(small, equal).Mesh.Points - expected).cwiseAbs().maxCoeff(), 1e-5);
   equal.Sizes[0] = 0.0F;
   EXPECT_THAT(MessageOf([&] { Sampler().Synthesize(small, equal); }), HasSubstr("sizes"));
+}
+
+TEST(GeometricTextureSampler, AFlowIntegratesItsNetworkFromTheNoise)
+{
+  const auto flow = [](std::int64_t steps) {
+    GeometricTextureModel model = test::RandomGeometricTexture();
+    model.Options.FlowSteps = steps;
+    return GeometricTextureSampler(std::make_shared<const GeometricTextureModel>(model));
+  };
+  GeometricTextureRequest request = Seeded(4);
+  request.EndLevel = 0;
+  // One step without noise is the network on the mesh itself.
+  GeometricTextureRequest bare = WithoutNoise();
+  bare.EndLevel = 0;
+  EXPECT_TRUE(flow(1).Synthesize(Surface(), bare).Mesh.Points == Synthesized(Surface(), bare).Mesh.Points);
+  // One step with noise moves by it as well: the displacement of the network that is no flow, and the noise.
+  const PointMatrix once = flow(1).Synthesize(Surface(), request).Displacement;
+  const PointMatrix noise = once - Synthesized(Surface(), request).Displacement;
+  const double amplitude = Model()->Options.NoiseAmplitude * MeanEdgeLength(Surface(), MeshTopology(Surface()));
+  EXPECT_NEAR(noise.norm() / std::sqrt(static_cast<double>(noise.size())), amplitude, 0.1 * amplitude);
+  // More steps converge, at first order.
+  const auto moved = [&](std::int64_t steps) { return flow(steps).Synthesize(Surface(), request).Displacement; };
+  const PointMatrix exact = moved(400);
+  const double coarse = (moved(10) - exact).norm(), fine = (moved(40) - exact).norm();
+  EXPECT_LT(fine, 0.4 * coarse);
+  EXPECT_GT(coarse, 1e-3 * exact.norm());
+  request.Statistics = NormStatistics::Reference;
+  EXPECT_THAT(MessageOf([&] { flow(2).Synthesize(Surface(), request); }), HasSubstr("the model is a flow"));
 }
 
 TEST(GeometricTextureSampler, StatisticsAreThoseOfTheTargetUnlessTheReferencesAreAskedFor)

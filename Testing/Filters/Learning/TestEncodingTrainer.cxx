@@ -252,6 +252,15 @@ TEST(EncodingTrainer, ItsEncoderIsTheConditionOfAModelForManySurfaces)
     weight += 1.0F;
   }
   EXPECT_GT((sample(std::make_shared<const FlowMatchingModel>(other)) - found).norm(), 1e-4 * found.norm());
+
+  // A training that goes on may replace it by another with as many channels.
+  FlowMatchingTrainingOptions further = options;
+  further.InitialModel = *model;
+  further.Encoder = other.Encoder;
+  EXPECT_EQ(FlowMatchingTrainer(Ellipsoids(), further).Model().Encoder->Tensors.at("head.bias").Values,
+    other.Encoder->Tensors.at("head.bias").Values);
+  further.Encoder->Options.OutputChannels = 2;
+  EXPECT_THROW(FlowMatchingTrainer(Ellipsoids(), further), InvalidInput);
   std::remove("many.safetensors");
 }
 

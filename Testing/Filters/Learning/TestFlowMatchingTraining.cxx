@@ -607,7 +607,7 @@ TEST(FlowMatchingTrainingOptions, EachOptionOutOfItsRangeIsNamed)
     { "Noise.Scale is nan", [=](Options& o) { o.Noise.Scale = nan; } },
     { "Noise.Smoothing is -2", [](Options& o) { o.Noise.Smoothing = -2.0; } },
     { "Noise.Eigenpairs is 0", [](Options& o) { o.Noise.Eigenpairs = 0; } },
-    { "Encoder is given with InitialModel; expected none",
+    { "Encoder is given with InitialModel; expected none, or one with as many channels",
       [](Options& o) {
         o.InitialModel.emplace();
         o.Encoder.emplace();

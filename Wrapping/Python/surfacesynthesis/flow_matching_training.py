@@ -83,8 +83,8 @@ def train_flow_matching(source=None, samples=None, *, model, dataset=None, progr
         when ``encoder_iterations`` is 0, else written. Default: none, or ``model`` with .encoder after it.
     initial_model : path, optional
         A flow matching model file whose weights the training begins with, to go on from few triangles to many or with other
-        samples. Encoder, noise, prediction and the sizes of the network are then those of that model, whatever the parameters
-        for them say. Default: random weights.
+        samples. Noise, prediction and the sizes of the network are then those of that model, whatever the parameters for them
+        say, and so is the encoder, unless ``encoder`` names another one with as many channels. Default: random weights.
     encoder_iterations : int
         Number of iterations in which an encoder is trained before the model, on sources with the same polygons and, of
         positions, their samples. Its checkpoint is ``encoder`` with .checkpoint after it, and with ``losses`` its own
