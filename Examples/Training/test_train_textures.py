@@ -50,7 +50,7 @@ def check_documented_commands():
     assert several.only == ["spikes", "knobs"] and several.iterations == [2000, 2000, 600, 300], several
     assert len(several.iterations) == several.levels
     flows = [one for one in options if one.objective == "flow_matching"]
-    assert [train_textures.recipe_of(one)["layers"] for one in flows] == [9, 7], flows
+    assert [train_textures.recipe_of(one)["layers"] for one in flows] == [7, 9], flows
     assert all(len(train_textures.recipe_of(one)["iterations"]) == one.levels for one in flows)
 
 
