@@ -16,6 +16,7 @@ vertices, and signals of three Gaussians on the bunny with 2,000. Writes
                         on one that is coarse on one side
     rest_samples.png    rows: the bunny, with 75,000 faces, and the armadillo, with 52,000: four samples of the models of rest
                         states, which were trained on 4,000 faces, lowered onto a floor; below, the rest states next to them
+    humanoid.png        rows: two triangulations; four samples of the model of 200 human bodies (Examples/Training) on the armadillo
     deformation_*.vtp   the deformed surfaces, with arrays
 
 and prints how long each took, a table of times over the number of triangles (--only times), and one of the sharpness of signals
@@ -51,6 +52,8 @@ FRONT = (0.16, 0.08, -1.0)
 BUNNY = (0.1, 0.2, 1.0)
 SIZE = (420, 470)
 SEEDS = (1, 2, 3, 4)
+#: The model of many bodies, beside the folder of the shipped ones.
+BODIES = os.path.join(os.pardir, "Training", "bodies")
 MIXTURE = rendering.sequential(0.0, 1.0)
 
 
@@ -200,6 +203,23 @@ def rest_samples(options):
     sheet.write(os.path.join(options.output, "rest_samples.png"), options.colors)
 
 
+def humanoid(options):
+    """A model of human bodies on a body that is none of these, turned as they are; the first of each row is the source."""
+    points, triangles = points_and_triangles(surface(None, "armadillo.off"))
+    armadillo = dataset_of_pair((points * (-1.0, 1.0, -1.0), triangles))
+    model = os.path.join(options.models, BODIES + ".safetensors")
+    meshes = {"even": remeshed(armadillo, 2500), "original": armadillo}
+    sheet = rendering.Sheet(len(meshes), 1 + len(SEEDS), SIZE)
+    view = rendering.view_of(armadillo, SIZE[0] / SIZE[1], (0.0, 0.1, 1.0), margin=1.4)
+    for row, (name, mesh) in enumerate(meshes.items()):
+        sheet.add(row, 0, f"{name}, {faces(mesh)}", mesh, view)
+        for column, seed in enumerate(SEEDS, 1):
+            output, seconds = made(mesh, model, seed=seed, steps=options.steps)
+            print(f"{name}, {faces(mesh)}, seed {seed}: {seconds:.1f} s", flush=True)
+            sheet.add(row, column, f"seed {seed}", output, view)
+    sheet.write(os.path.join(options.output, "humanoid.png"), options.colors)
+
+
 def rest_row(sheet, row, title, mesh, shapes, what):
     """A row of shapes that lie on the floor; None leaves a place empty."""
     points, triangles = mesh
@@ -277,6 +297,7 @@ PICTURES = {
     "deformations": (deformations, "armadillo_poses"),
     "signals": (signals, "bunny_mixtures"),
     "rest_samples": (rest_samples, "bunny_rest", "armadillo_rest"),
+    "humanoid": (humanoid, BODIES),
     "times": (times, "armadillo_poses"),
     "peaks": (peaks, "bunny_mixtures"),
 }
