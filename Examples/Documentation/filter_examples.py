@@ -84,9 +84,9 @@ FILTERS = {
         'ss.write_mesh(mesh, "mixture.vtp")', "sample bunny.ply mixture.vtp --model bunny_mixtures --seed 3"),
     "vtkGeometricTextureSynthesizer": Example(
         "To give a smooth surface the relief of another one.",
-        "Gallery/textures.png", "bunny.ply", {"ModelFileName": "spikes", "StartLevel": 1, "Seed": 1},
-        'mesh = ss.read_mesh("bunny.ply")\nmesh = ss.geometric_texture(mesh, "spikes", start_level=1, seed=1)\n'
-        'ss.write_mesh(mesh, "spiky.ply")', "geometric-texture bunny.ply spiky.ply --model spikes --start-level 1 --seed 1"),
+        "Gallery/textures.png", "bunny.ply", {"ModelFileName": "flow_spikes", "StartLevel": 1, "Seed": 1},
+        'mesh = ss.read_mesh("bunny.ply")\nmesh = ss.geometric_texture(mesh, "flow_spikes", start_level=1, seed=1)\n'
+        'ss.write_mesh(mesh, "spiky.ply")', "geometric-texture bunny.ply spiky.ply --model flow_spikes --start-level 1 --seed 1"),
     "vtkGeometricTextureFromExample": Example(
         "To give a surface the relief of another one at once, from a piece of a scan for instance. Where many surfaces are to get "
         "one texture, or more than the example shows is wanted, train vtkGeometricTextureSynthesizer.",

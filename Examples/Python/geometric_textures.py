@@ -6,7 +6,7 @@
 
 The models (Examples/Models) were learnt from balls with a displacement (Examples/Training/make_references.py): spikes, a
 labyrinth, and knobs that are wider above than at the neck. Spikes and knobs were learned twice: flow_NAME by flow matching, and NAME
-as published, which is taken without --flows. Writes
+as published, which all but the first picture show without --flows (with it, name --textures spikes knobs). Writes
 
     textures.png          rows: the textures, of flows where there are; columns: the reference, and targets of genus 0, 1 and 2
     texture_samples.png   what grows on the template of the model: other samples of the reference itself
@@ -47,8 +47,6 @@ from make_references import LEVELS, balls, bare_levels, directions, grid, refere
 MODELS = os.path.join(EXAMPLES, "Models")
 SIZE = (460, 440)
 TEXTURES = ("spikes", "labyrinth", "knobs")
-#: Those of them that are shipped as flows, too.
-FLOWS = ("spikes", "knobs")
 #: Where a texture grows, of which genus, of how many points, and the direction that it is seen from.
 TARGETS = {
     "bear": (0, 2500, (0.3, 0.2, 1.0)),
@@ -74,8 +72,16 @@ def synthesized(mesh, model, **parameters):
     return output, time.monotonic() - started
 
 
-def model_of(options, texture):
-    return os.path.join(options.models, f"{'flow_' if options.flows else ''}{texture}.safetensors")
+def model_of(options, texture, flow=None):
+    """The model of a texture; ``flow`` None: as --flows says."""
+    flow = options.flows if flow is None else flow
+    return os.path.join(options.models, f"{'flow_' if flow else ''}{texture}.safetensors")
+
+
+def shown_model_of(options, texture):
+    """A flow where there is one, else the model that was learned as published."""
+    flow = model_of(options, texture, flow=True)
+    return flow if os.path.exists(flow) else model_of(options, texture, flow=False)
 
 
 def faces(mesh):
@@ -92,8 +98,7 @@ def textures(options):
         sheet.add(row, 0, f"{texture}: the reference\n{faces(reference)}", reference, view)
         for column, (name, target) in enumerate(targets.items(), 1):
             genus, _, direction = TARGETS[name]
-            model = os.path.join(options.models, f"{'flow_' if texture in FLOWS else ''}{texture}.safetensors")
-            output, seconds = synthesized(target, model, start_level=START, seed=options.seed)
+            output, seconds = synthesized(target, shown_model_of(options, texture), start_level=START, seed=options.seed)
             print(f"{texture} on {name}, {faces(target)} to {faces(output)}: {seconds:.1f} s", flush=True)
             title = f"{name}, genus {genus}\n{faces(output)}, {seconds:.1f} s"
             sheet.add(row, column, title, output, rendering.view_of(target, aspect, direction, margin=1.2))

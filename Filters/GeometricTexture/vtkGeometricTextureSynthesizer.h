@@ -183,7 +183,8 @@ public:
    * published; they suit targets that are curved otherwise than the reference. REFERENCE: means and variances on samples
    * of the reference, which the training writes into the model file; the texture at a point depends on the target nearby
    * alone, so that a mask, another component or a growing part changes nothing beyond a dozen edges of the coarsest level.
-   * A model without them is an error then: WriteModelWithStatistics() adds them. Default TARGET.
+   * A model without them is an error then: WriteModelWithStatistics() adds them, but not to flows, whose channels change
+   * with their time. Default TARGET.
    */
   vtkSetClampMacro(NormStatistics, int, TARGET, REFERENCE);
   vtkGetMacro(NormStatistics, int);
@@ -310,7 +311,7 @@ public:
   /**
    * First generator level with noise of the seed, at least 0, without input. Below it the noise is that which
    * reconstructs the reference of the training, so that large shapes are those of the reference. Values above the last
-   * level stand for the reconstruction itself. Default 0.
+   * level stand for the reconstruction itself. Must be 0 with a flow, which does not reconstruct. Default 0.
    */
   vtkSetClampMacro(RandomFromLevel, int, 0, VTK_INT_MAX);
   vtkGetMacro(RandomFromLevel, int);

@@ -27,7 +27,9 @@
  *
  * @par Output
  * The table of vtkModelTrainer, with a row for each iteration of all levels and the columns iteration, level
- * (vtkIdType), critic_loss, gradient_penalty, adversarial_loss, reconstruction_loss and learning_rate (float64).
+ * (vtkIdType), critic_loss, gradient_penalty, adversarial_loss, reconstruction_loss and learning_rate (float64). Without a
+ * discriminator the first two losses are 0, and adversarial_loss is the sliced Wasserstein distance, or 0 of a flow, whose
+ * reconstruction_loss is the mean squared error of its velocity.
  *
  * @par Files
  * Those of vtkModelTrainer; a checkpoint is also written after each level. TextureName, Device and the names and times
@@ -35,9 +37,9 @@
  *
  * @par Cost
  * IterationsPerLevel times the number of levels, or those of IterationsOfLevels, each of DiscriminatorSteps +
- * GeneratorSteps steps, linear in the number of triangles of the level. Everything random is a pure function of the
- * seed and the iteration: the same seed gives the same bits with the same number of threads on the same machine,
- * interrupted or not. An update whose checkpoint is complete only reads it.
+ * GeneratorSteps steps, without a discriminator of the latter alone, linear in the number of triangles of the level.
+ * Everything random is a pure function of the seed and the iteration: the same seed gives the same bits with the same
+ * number of threads on the same machine, interrupted or not. An update whose checkpoint is complete only reads it.
  *
  * @sa vtkModelTrainer, vtkMultiscaleMeshFitter, vtkGeometricTextureSynthesizer
  */
@@ -89,11 +91,13 @@ public:
 
   ///@{
   /**
-   * What the generators learn by. With SLICED_WASSERSTEIN the distance of vtkGeometricTextureDistance of 1, 3 and 6 rings,
-   * in as many random directions as NumberOfProjections, takes the place of the discriminator. With FLOW_MATCHING each level
-   * learns from the reference alone to turn noise into its displacements, in FlowSteps evaluations of the network at each
-   * level of a synthesis; such models have no statistics of the reference and do not reconstruct it. With both,
-   * DiscriminatorSteps and the penalty are not used. Default ADVERSARIAL, as published.
+   * What the generators learn by. With SLICED_WASSERSTEIN the distance of vtkGeometricTextureDistance of 1, 3 and 6
+   * rings, in as many random directions as NumberOfProjections, takes the place of the discriminator. With
+   * FLOW_MATCHING each level learns from the reference alone to turn noise into its displacements, in FlowSteps
+   * evaluations of the network at each level of a synthesis; such models have no statistics of the reference and do
+   * not reconstruct it. With both there is no discriminator and no penalty, and ReconstructionWeight is not used by a
+   * flow; DiscriminatorSteps still numbers the random draws, so that other numbers give other models. Default
+   * ADVERSARIAL, as published.
    */
   vtkSetClampMacro(Objective, int, ADVERSARIAL, FLOW_MATCHING);
   vtkGetMacro(Objective, int);

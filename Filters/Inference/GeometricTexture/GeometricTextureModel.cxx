@@ -103,6 +103,10 @@ void ReadOptions(const SafetensorsFile& file, GeometricTextureModel& model)
   model.Options.NoiseAmplitude = reader.Number("noise_amplitude");
   const bool isFlow = model.Metadata.at("format_version") == FlowFormatVersion;
   model.Options.FlowSteps = isFlow ? reader.WholeNumber(FlowStepsKey) : 0;
+  if (isFlow && model.Options.FlowSteps == 0)
+  {
+    reader.Fail(FlowStepsKey, "1 to 1000");
+  }
 }
 
 /// Checks names and shapes of the tensors, and that their numbers are finite.

@@ -87,7 +87,7 @@ struct GeometricTextureModel
   /// Template of level 0, in units of the mean edge length of the reference mesh; empty in files without one (converted
   /// ones). Meets GeometricTextureSampler::Requirements().
   TriangleMesh Template;
-  /// [V of Template, 3], noise that gives the reference, of a flow a sample like others; empty without a template
+  /// [V of Template, 3], noise that gives the reference, but of a flow, which does not reconstruct; empty without a template
   SinglePoints ReconstructionNoise;
   std::string Name;                            ///< name of the texture, for people
   std::map<std::string, std::string> Metadata; ///< metadata of the file, unchanged
@@ -95,12 +95,12 @@ struct GeometricTextureModel
   std::string Description() const; ///< description in one line: name, levels, channels, template
 };
 
-/// Reads a model file: safetensors with the metadata `architecture` ("geometric_texture"), `format_version` ("1",
-/// or "2" of a flow),
-/// `geometric_texture` (a JSON object with the numbers levels, layers, start_channels, least_channels, most_channels,
-/// noise_amplitude, in format version 2 flow_steps, and the string name) and the tensors levels.* of the generator under their published names,
-/// statistics.levels.*, discriminator.levels.*, template.points [V, 3], template.triangles [F, 3] (integers) and
-/// reconstruction_noise [V, 3], of which all but the first may be absent, the three of the template together.
+/// Reads a model file: safetensors with the metadata `architecture` ("geometric_texture"), `format_version` ("1", or
+/// "2" of a flow), `geometric_texture` (a JSON object with the numbers levels, layers, start_channels, least_channels,
+/// most_channels, noise_amplitude, in format version 2 flow_steps, and the string name) and the tensors levels.* of the
+/// generator under their published names, statistics.levels.*, discriminator.levels.*, template.points [V, 3],
+/// template.triangles [F, 3] (integers) and reconstruction_noise [V, 3], of which all but the first may be absent, the
+/// three of the template together.
 /// @throws InvalidInput when the file cannot be opened; FormatError when it breaks a rule of its format or a number is
 /// not finite; ModelMismatch when it is another kind of model.
 GeometricTextureModel ReadGeometricTexture(const std::string& path);

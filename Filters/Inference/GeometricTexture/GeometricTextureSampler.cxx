@@ -261,6 +261,12 @@ GeometricTextureLevel GeometricTextureSampler::Generate(
     RefuseSample("noise is to be random from level " + std::to_string(randomFrom) + " on",
       "0 to " + std::to_string(model.Options.Levels));
   }
+  if (randomFrom > 0 && model.Options.FlowSteps > 0)
+  {
+    RefuseSample("noise is to be random from level " + std::to_string(randomFrom) +
+        " on, and the model is a flow, which does not reconstruct its reference",
+      "0 (RandomFromLevel)");
+  }
   const GeometricTextureLevelRange levels = LevelsToSynthesize(request, model.Options.Levels);
   CheckRequest(model, request, model.Template, levels);
   const NoiseSource random = NoiseOf(request, model.Options.NoiseAmplitude);

@@ -35,7 +35,9 @@ struct GeometricTextureRequest
   double Interpolation = 0.0;   ///< in [0, 1]; 0 and 1 are the noise of the first and of the second seed, bit for bit
   std::uint32_t Stream = 0;     ///< see NormalKey::Stream
   NormStatistics Statistics = NormStatistics::Target; ///< statistics of the norms
-  double NoiseAmplitude = -1.0;         ///< standard deviation, in mean edge lengths; below 0: the model's
+  /// Standard deviation, in mean edge lengths; below 0: the model's. A flow has learned from that alone, and where it
+  /// begins with less or more noise, or none, it makes less or more of the texture.
+  double NoiseAmplitude = -1.0;
   std::vector<bool> LevelsWithoutNoise; ///< by step, true for a level without noise; missing steps have noise
   /// [V] of the mesh, in [0, 1]: factor of the displacements, interpolated linearly on finer levels; empty: 1. Vertices
   /// with 0 keep their place to the last bit.
@@ -108,7 +110,7 @@ public:
   /// noise of the reconstruction (the stored one at level 0, none above), the others random noise. 0: a random sample;
   /// the number of levels: the reconstruction of the reference.
   /// @throws InvalidInput as Synthesize(), when the model has no template, and when @p randomFrom is not between 0 and
-  /// its levels.
+  /// its levels, or not 0 of a flow, which does not reconstruct.
   GeometricTextureLevel Generate(int randomFrom, const GeometricTextureRequest& request, const Observer& observe = {},
     const Progress& progress = {}) const;
 

@@ -35,11 +35,11 @@ void CheckOptions(const EncodingTrainingOptions& options);
 /// Matching on Meshes"): coordinates that mean the same on all surfaces of a kind, in any pose.
 ///
 /// The surfaces must correspond: all sources have the triangles of the first, which is the reference. Each source is a
-/// surface of the training, and where the dataset holds positions so is each of its samples. The eigenfunctions (without
-/// the constant) are scaled to mean square 1; the loss is the mean squared error over the surface, 1 for a prediction of
-/// nothing. With EdgeSplits each surface gets another triangulation in each iteration, with the eigenfunctions
-/// interpolated linearly at the new vertices. Surfaces are moved to their centroid and scaled to area 1, which stands for the paper's random scales and
-/// shifts.
+/// surface of the training, and where the dataset holds positions so is each of its samples. The eigenfunctions
+/// (without the constant) are scaled to mean square 1; the loss is the mean squared error over the surface, 1 for a
+/// prediction of nothing. With EdgeSplits each surface gets another triangulation in each iteration, with the
+/// eigenfunctions interpolated linearly at the new vertices. Surfaces are moved to their centroid and scaled to area 1,
+/// which stands for the paper's random scales and shifts.
 class EncodingTrainer : public ModelTrainer
 {
 public:

@@ -16,6 +16,10 @@ namespace surfsynth
 
 namespace
 {
+/// Components of the random numbers of a step, by the step: beyond those of the noise.
+constexpr std::uint32_t DirectionComponent = 1U << 29;
+constexpr std::uint32_t TimeComponent = DirectionComponent + (1U << 28);
+
 /// While it lives, a network's parameters are constants.
 class Frozen
 {
@@ -96,9 +100,8 @@ void GeometricTextureTrainer::Internals::DiscriminatorStep(std::int64_t slot, Ge
 /// Random directions of unit length, [channels, P], of a step.
 torch::Tensor GeometricTextureTrainer::Internals::Directions(std::int64_t slot, std::int64_t channels) const
 {
-  constexpr std::uint32_t component = 1U << 29; // beyond those of the noise
   NormalKey key = this->KeyOfIteration();
-  key.Component = component + static_cast<std::uint32_t>(slot);
+  key.Component = DirectionComponent + static_cast<std::uint32_t>(slot);
   Eigen::VectorXd normals(channels * this->Options.Projections);
   FillNormals(key, 0, normals.size(), normals.data());
   const torch::Tensor directions = torch::from_blob(
@@ -107,7 +110,7 @@ torch::Tensor GeometricTextureTrainer::Internals::Directions(std::int64_t slot, 
   return directions / directions.norm(2, 0, true);
 }
 
-/// Ids of at most about a thousand of @p count rows, evenly spaced from a random one on. @param point number of the draw
+/// Ids of all of @p count rows, or of 1,024 to 2,047 of more, evenly spaced from a random one on. @param point number of the draw
 torch::Tensor GeometricTextureTrainer::Internals::SomeRows(
   std::int64_t slot, std::int64_t point, std::int64_t count) const
 {
@@ -177,7 +180,7 @@ void GeometricTextureTrainer::Internals::FlowStep(std::int64_t slot, GeometricTe
   const torch::Tensor& base = this->Reference().ReconstructionStart;
   const torch::Tensor noise = this->Noise(slot, *this->Current);
   NormalKey key = this->KeyOfIteration();
-  key.Component = static_cast<std::uint32_t>(slot);
+  key.Component = TimeComponent + static_cast<std::uint32_t>(slot);
   const double time = Uniform(key, 0);
   const torch::Tensor state = (1.0 - time) * noise + time * (data.Real - base);
   const torch::Tensor loss = ReconstructionLoss(Displaced(generator, data.Tables, base, state), data.Real - noise);

@@ -271,10 +271,10 @@ void GeometricTextureTrainer::Internals::BeginLevel(std::int64_t level)
   {
     for (GeometricTextureReference& reference : this->References)
     {
-      const auto above = static_cast<std::size_t>(level);
+      const auto number = static_cast<std::size_t>(level);
       reference.ReconstructionStart = level == 0
         ? reference.Levels.Start
-        : DoubledSubdivision(reference.Levels.Data[above - 1].Real, reference.Levels.Data[above - 1].Parents);
+        : DoubledSubdivision(reference.Levels.Data[number - 1].Real, reference.Levels.Data[number - 1].Parents);
     }
     return;
   }

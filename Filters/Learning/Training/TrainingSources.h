@@ -56,7 +56,8 @@ struct TrainingSources
 };
 
 /// @param initial the model whose training goes on: its noise and units take the place of others; or null.
-/// @param encoder takes the place of that of @p initial; may be null. @param withoutEncoder allows surfaces of different shape without one
+/// @param encoder takes the place of that of @p initial; may be null. @param withoutEncoder allows surfaces of
+/// different shape without one
 /// @param keep is given the factors of each source, one source after the other. @param noise with a Scale of 0 for one that
 /// makes noise vary as much as the samples about their mean, and with Smoothing in squared mean edge lengths: both in the
 /// mean over all surfaces, which have area 1.

@@ -174,6 +174,11 @@ TEST(GeometricTextureModel, AFlowHasAFormatVersionAndNoStatistics)
   EXPECT_THAT(MessageAfter([](Tensors&, Metadata& metadata) { metadata["format_version"] = "2"; }),
     HasSubstr("\"flow_steps\" in the metadata"));
   EXPECT_THAT(MessageOfCheck([](auto& model) { model.Options.FlowSteps = 1001; }), HasSubstr("flow_steps is 1001"));
+  EXPECT_THAT(MessageAfter([](Tensors&, Metadata& metadata) {
+    metadata["format_version"] = "2";
+    metadata["geometric_texture"].replace(0, 1, "{\"flow_steps\":0,");
+  }),
+    HasSubstr("expected 1 to 1000"));
   EXPECT_THAT(MessageOfCheck([](auto& model) {
     model.Statistics = MeasureStatistics(model, 1);
     model.Options.FlowSteps = 1;

@@ -390,6 +390,8 @@ TEST(GeometricTextureSampler, AFlowIntegratesItsNetworkFromTheNoise)
   const double coarse = (moved(10) - exact).norm(), fine = (moved(40) - exact).norm();
   EXPECT_LT(fine, 0.4 * coarse);
   EXPECT_GT(coarse, 1e-3 * exact.norm());
+  EXPECT_NO_THROW(flow(2).Generate(0, request));
+  EXPECT_THAT(MessageOf([&] { flow(2).Generate(1, request); }), HasSubstr("expected 0 (RandomFromLevel)"));
   request.Statistics = NormStatistics::Reference;
   EXPECT_THAT(MessageOf([&] { flow(2).Synthesize(Surface(), request); }), HasSubstr("the model is a flow"));
 }

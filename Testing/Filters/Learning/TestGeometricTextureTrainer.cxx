@@ -293,8 +293,11 @@ TEST_F(GeometricTextureTraining, OtherObjectivesGoOnFromAnyCheckpointAndHaveNoDi
     }
     // What it was learnt by is part of the recipe.
     trainer.SaveCheckpoint(this->File("other"));
-    GeometricTextureTrainer published = Trained(TinyGeometricTexture(), 2, 0);
+    options.Objective = TextureObjective::Adversarial;
+    GeometricTextureTrainer published = Trained(options, 2, 0);
     EXPECT_THROW(published.LoadCheckpoint(this->File("other")), ModelMismatch);
+    options.Objective = objective;
+    EXPECT_NO_THROW(Trained(options, 2, 0).LoadCheckpoint(this->File("other")));
   }
 }
 

@@ -113,7 +113,7 @@ def geometric_texture(
         units, at least 0. Default 0.
     random_from : int
         For ``mesh`` None: the first generator level with noise of the seed; below it the noise is what reconstructs the
-        reference of the training. Default 0.
+        reference of the training. Must be 0 with a flow, which does not reconstruct. Default 0.
     output_levels : bool
         True returns the surfaces after each level, coarse to fine, instead of the last one. Default False.
     displacement_name, level_name : str

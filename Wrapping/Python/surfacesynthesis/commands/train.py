@@ -117,7 +117,8 @@ def _add_choices(groups):
     groups["training"].add_argument(
         "--initial-model",
         metavar="FILE",
-        help="model whose weights the training begins with; encoder, noise, prediction and network are then its own",
+        help="model whose weights the training begins with; noise, prediction and network are then its own, and so is the "
+        "encoder without --encoder",
     )
     groups["network"].add_argument(
         "--prediction",

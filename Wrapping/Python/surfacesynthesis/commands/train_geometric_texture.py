@@ -112,4 +112,5 @@ def run(arguments):
     add_reference_files(algorithm, arguments.references)
     train_filter(algorithm, arguments)
     losses = losses_of(algorithm, COLUMNS)["reconstruction_loss"]
-    return training_outcome(algorithm, losses, "reconstruction loss")
+    is_flow = arguments.objective == "flow_matching"
+    return training_outcome(algorithm, losses, "velocity loss" if is_flow else "reconstruction loss")
