@@ -250,6 +250,7 @@ GeometricTextureRequest vtkGeometricTextureSynthesizer::Internals::Request(
                                                                  : self->Interpolation;
   request.Stream = flatIndex;
   request.NoiseAmplitude = self->NoiseAmplitude;
+  request.Restarts = self->NumberOfRestarts;
   request.Statistics = self->NormStatistics == TARGET ? surfsynth::NormStatistics::Target
                                                       : surfsynth::NormStatistics::Reference;
   return request;

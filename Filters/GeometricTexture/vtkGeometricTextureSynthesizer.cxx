@@ -241,6 +241,7 @@ void vtkGeometricTextureSynthesizer::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "SecondSeed: " << this->SecondSeed << "\n";
   os << indent << "Interpolation: " << this->Interpolation << "\n";
   os << indent << "NoiseAmplitude: " << this->NoiseAmplitude << "\n";
+  os << indent << "NumberOfRestarts: " << this->NumberOfRestarts << "\n";
   os << indent << "NormStatistics: " << this->NormStatistics << "\n";
   os << indent << "LevelsWithoutNoise: " << this->LevelsWithoutNoise << "\n";
   os << indent << "TargetPreparation: " << this->TargetPreparation << "\n";

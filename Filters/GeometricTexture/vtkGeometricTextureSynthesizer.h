@@ -179,12 +179,23 @@ public:
 
   ///@{
   /**
+   * Restarts of a flow (Objective of vtkGeometricTextureTrainer) at each level, from 0 to 20, or -1 for 3. At the end of
+   * the flow the displacements are mixed with fresh noise as at half of its time, and go on from there again [Xu2023]: that
+   * mends errors of the first part, as features that are too close to each other. Each takes half of the time of the flow
+   * itself. Not used by other models. Default -1.
+   */
+  vtkSetClampMacro(NumberOfRestarts, int, -1, 20);
+  vtkGetMacro(NumberOfRestarts, int);
+  ///@}
+
+  ///@{
+  /**
    * Statistics that normalize the channels of the networks. TARGET: means and variances over the whole target, as
    * published; they suit targets that are curved otherwise than the reference. REFERENCE: means and variances on samples
-   * of the reference, which the training writes into the model file; the texture at a point depends on the target nearby
-   * alone, so that a mask, another component or a growing part changes nothing beyond a dozen edges of the coarsest level.
-   * A model without them is an error then: WriteModelWithStatistics() adds them, but not to flows, whose channels change
-   * with their time. Default TARGET.
+   * of the reference, which the training writes into the model file, of a flow for each of its steps; the texture at a
+   * point depends on the target nearby alone, so that another component changes nothing and a growing part nothing far
+   * away, and no network sees the mask, which fades the result: where it is 1 the texture is that without it. A model
+   * without them is an error then: WriteModelWithStatistics() adds them. Default TARGET.
    */
   vtkSetClampMacro(NormStatistics, int, TARGET, REFERENCE);
   vtkGetMacro(NormStatistics, int);
@@ -277,8 +288,8 @@ public:
   /**
    * Factor of the displacements of the synthesized texture, from 0 to 1e6: points lie at b + s d, where b is their place on
    * the target without texture, d the displacement with the mask, and s the product of Strength and the array of
-   * StrengthArrayName. The networks see the texture without it, so that its pattern stays, above 1 too; the mask and
-   * MaskFalloff are part of what they see. Printable reduces the result. Default 1.
+   * StrengthArrayName. The networks see the texture without it, so that its pattern stays, above 1 too; with
+   * NormStatistics TARGET the mask and MaskFalloff are part of what they see. Printable reduces the result. Default 1.
    */
   vtkSetClampMacro(Strength, double, 0.0, 1e6);
   vtkGetMacro(Strength, double);
@@ -430,6 +441,7 @@ private:
   int SecondSeed = 1;
   double Interpolation = 0.0;
   double NoiseAmplitude = -1.0;
+  int NumberOfRestarts = -1;
   int NormStatistics = TARGET;
   std::string LevelsWithoutNoise;
   int TargetPreparation = AS_IS;

@@ -179,6 +179,7 @@ private:
     options.Name = self.TextureName;
     options.Objective = static_cast<surfsynth::TextureObjective>(self.Objective);
     options.FlowSteps = self.FlowSteps;
+    options.BaseNoiseAmplitude = self.BaseNoiseAmplitude;
     options.Projections = self.NumberOfProjections;
     options.IterationsPerLevel = self.IterationsPerLevel;
     options.IterationsOfLevels.assign(self.IterationsOfLevels.begin(), self.IterationsOfLevels.end());
@@ -291,6 +292,7 @@ void vtkGeometricTextureTrainer::PrintSelf(ostream& os, vtkIndent indent)
   os << "\n";
   os << indent << "Objective: " << this->Objective << "\n";
   os << indent << "FlowSteps: " << this->FlowSteps << "\n";
+  os << indent << "BaseNoiseAmplitude: " << this->BaseNoiseAmplitude << "\n";
   os << indent << "NumberOfProjections: " << this->NumberOfProjections << "\n";
   os << indent << "IterationsPerLevel: " << this->IterationsPerLevel << "\n";
   os << indent << "IterationsOfLevels:";

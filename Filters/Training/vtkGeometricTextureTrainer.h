@@ -94,8 +94,7 @@ public:
    * What the generators learn by. With SLICED_WASSERSTEIN the distance of vtkGeometricTextureDistance of 1, 3 and 6
    * rings, in as many random directions as NumberOfProjections, takes the place of the discriminator. With
    * FLOW_MATCHING each level learns from the reference alone to turn noise into its displacements, in FlowSteps
-   * evaluations of the network at each level of a synthesis; such models have no statistics of the reference and do
-   * not reconstruct it. With both there is no discriminator and no penalty, and ReconstructionWeight is not used by a
+   * evaluations of the network at each level of a synthesis; such models do not reconstruct the reference. With both there is no discriminator and no penalty, and ReconstructionWeight is not used by a
    * flow; DiscriminatorSteps still numbers the random draws, so that other numbers give other models. Default
    * ADVERSARIAL, as published.
    */
@@ -112,6 +111,16 @@ public:
    */
   vtkSetClampMacro(FlowSteps, int, 1, 1000);
   vtkGetMacro(FlowSteps, int);
+  ///@}
+
+  ///@{
+  /**
+   * Of a flow, largest standard deviation of the noise that each coordinate of the level before gets in the training, in
+   * mean edge lengths of that level, from 0 to 1e6: in a synthesis that level is never quite the reference's (conditioning
+   * augmentation [Ho2022]). Default 0.1.
+   */
+  vtkSetClampMacro(BaseNoiseAmplitude, double, 0.0, 1e6);
+  vtkGetMacro(BaseNoiseAmplitude, double);
   ///@}
 
   ///@{
@@ -287,6 +296,7 @@ private:
   std::vector<std::string> ReferenceFileNames;
   int Objective = ADVERSARIAL;
   int FlowSteps = 10;
+  double BaseNoiseAmplitude = 0.1;
   int NumberOfProjections = 64;
   int IterationsPerLevel = 2000;
   std::vector<int> IterationsOfLevels;

@@ -173,7 +173,7 @@ TEST_F(GeometricTextureParity, VerticesAfterAllLevels)
     {
       growth.Refine();
     }
-    growth.Displace(step, this->Noise(step));
+    growth.Displace(step, { this->Noise(step) });
     const FixtureMatrix local = growth.LocalDisplacement().cast<double>();
     EXPECT_LE(RelativeError(local, this->Transposed("ref." + this->Name(step, "deltas"))), step == 0 ? 1e-5 : 1e-4)
       << step;

@@ -37,7 +37,7 @@ float* Scratch(std::int64_t size)
 } // namespace
 
 FaceNetwork::FaceNetwork(const std::map<std::string, ModelTensor>& tensors, std::int64_t level, std::int64_t layers,
-  const std::map<std::string, ModelTensor>& statistics)
+  const std::map<std::string, ModelTensor>& statistics, std::int64_t step)
   : Kernels(BestFaceKernels())
 {
   for (std::int64_t j = 0; j < layers - 1; ++j)
@@ -66,9 +66,12 @@ FaceNetwork::FaceNetwork(const std::map<std::string, ModelTensor>& tensors, std:
   for (std::int64_t j = 0; j < layers - 2 && !statistics.empty(); ++j)
   {
     const GeometricTextureStatisticsNames names = NamesOfStatistics(level, j);
-    const std::vector<float>& means = statistics.at(names.Mean).Values;
-    const std::vector<float>& variances = statistics.at(names.Variance).Values;
-    this->Given.push_back(NormOf({ { means.begin(), means.end() }, { variances.begin(), variances.end() } }));
+    const std::int64_t width = this->Layers[static_cast<std::size_t>(j)].Width;
+    const auto ofStep = [&](const std::string& name) {
+      const auto first = statistics.at(name).Values.begin() + step * width;
+      return std::vector<double>(first, first + width);
+    };
+    this->Given.push_back(NormOf({ ofStep(names.Mean), ofStep(names.Variance) }));
   }
 }
 

@@ -40,8 +40,9 @@ public:
   /// @param tensors those of ExpectedGeometricTextureTensors(), complete
   /// @param layers GeometricTextureOptions::Layers
   /// @param statistics GeometricTextureModel::Statistics, or empty for instance norms
+  /// @param step of a flow, whose statistics are taken; 0 of others
   FaceNetwork(const std::map<std::string, ModelTensor>& tensors, std::int64_t level, std::int64_t layers,
-    const std::map<std::string, ModelTensor>& statistics = {});
+    const std::map<std::string, ModelTensor>& statistics = {}, std::int64_t step = 0);
 
   /// Output of the last convolution, [F, outputs].
   using Output = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;

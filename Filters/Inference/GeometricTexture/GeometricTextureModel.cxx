@@ -331,7 +331,10 @@ std::map<std::string, std::vector<std::int64_t>> ExpectedGeometricTextureStatist
     for (std::int64_t j = 0; j < options.Layers - 2; ++j)
     {
       const GeometricTextureStatisticsNames names = NamesOfStatistics(level, j);
-      shapes[names.Mean] = shapes[names.Variance] = { channels[j + 1] };
+      const bool isFlow = options.FlowSteps > 0;
+      shapes[names.Mean] = shapes[names.Variance] = isFlow
+        ? std::vector<std::int64_t>{ options.FlowSteps, channels[j + 1] }
+        : std::vector<std::int64_t>{ channels[j + 1] };
     }
   }
   return shapes;
@@ -393,10 +396,6 @@ void CheckModel(const GeometricTextureModel& model)
   if (!model.Discriminator.empty())
   {
     CheckTensors(model.Discriminator, ExpectedGeometricTextureTensors(model.Options, true), "discriminator");
-  }
-  if (!model.Statistics.empty() && model.Options.FlowSteps > 0)
-  {
-    RefuseTexture("a flow has statistics of its channels", "none, because they change with the time of the flow");
   }
   if (!model.Statistics.empty())
   {

@@ -63,7 +63,8 @@ struct GeometricTextureStatisticsNames
 /// @param convolution 0 to layers - 3
 GeometricTextureStatisticsNames NamesOfStatistics(std::int64_t level, std::int64_t convolution);
 
-/// Shapes of the statistics of all channels of a generator that are normalized, [C'] each, by their names.
+/// Shapes of the statistics of all channels of a generator that are normalized, [C'] each, or [FlowSteps, C'] of a flow, by
+/// their names.
 std::map<std::string, std::vector<std::int64_t>> ExpectedGeometricTextureStatistics(
   const GeometricTextureOptions& options);
 
@@ -81,8 +82,8 @@ struct GeometricTextureModel
     Generator; ///< by published names; exactly those of ExpectedGeometricTextureTensors()
   std::map<std::string, ModelTensor> Discriminator; ///< by published names, or empty: only continued training needs it
   /// Mean and variance of each channel of the generator on surfaces like the reference, by the names of
-  /// ExpectedGeometricTextureStatistics(): they normalize the channels on any other surface. Empty in files without them,
-  /// as published, and in flows: channels are then normalized by what they are on the surface itself.
+  /// ExpectedGeometricTextureStatistics(): they normalize the channels on any other surface; of a flow for each of its steps.
+  /// Empty in files without them, as published: channels are then normalized by what they are on the surface itself.
   std::map<std::string, ModelTensor> Statistics;
   /// Template of level 0, in units of the mean edge length of the reference mesh; empty in files without one (converted
   /// ones). Meets GeometricTextureSampler::Requirements().

@@ -17,8 +17,8 @@ namespace surfsynth
 
 namespace
 {
-/// The noise of a generator level on so many vertices; no rows for none.
-using NoiseSource = std::function<SinglePoints(int level, int step, Index points)>;
+/// The noise of a generator level on so many vertices.
+using NoiseSource = std::function<LevelNoise(int level, int step, Index points)>;
 /// Receives the statistics of the channels of a generator level.
 using StatisticsObserver = std::function<void(int level, const NetworkStatistics& found)>;
 
@@ -27,9 +27,13 @@ using StatisticsObserver = std::function<void(int level, const NetworkStatistics
   throw InvalidInput("GeometricTextureSampler: " + found + "; expected " + expected + ".");
 }
 
-/// Adds @p weight times the normals of a seed.
+/// Restarts where a request does not say how many: more change little.
+constexpr int SuitableRestarts = 3;
+constexpr int MaximumRestarts = 20;
+
+/// Adds @p weight times the normals of a seed. @param draw 0 for the noise of a level, k for its restart k
 void AddNormals(
-  const GeometricTextureRequest& request, std::uint64_t seed, int level, double weight, SinglePoints& noise)
+  const GeometricTextureRequest& request, std::uint64_t seed, int level, int draw, double weight, SinglePoints& noise)
 {
   constexpr std::int64_t chunk = 4096; // a multiple of 4, as FillNormals() wants
   const std::int64_t points = noise.rows();
@@ -39,7 +43,8 @@ void AddNormals(
     std::vector<double> normals(static_cast<std::size_t>(count));
     for (std::uint32_t c = 0; c < 3; ++c)
     {
-      FillNormals({ seed, static_cast<std::uint32_t>(level), c, request.Stream }, first, count, normals.data());
+      const std::uint32_t component = 3 * static_cast<std::uint32_t>(draw) + c;
+      FillNormals({ seed, static_cast<std::uint32_t>(level), component, request.Stream }, first, count, normals.data());
       for (std::int64_t p = 0; p < count; ++p)
       {
         noise(first + p, c) += static_cast<float>(weight * normals[p]);
@@ -48,29 +53,36 @@ void AddNormals(
   });
 }
 
-SinglePoints RandomNoise(const GeometricTextureRequest& request, double amplitude, int level, Index points)
+SinglePoints RandomNoise(const GeometricTextureRequest& request, double amplitude, int level, int draw, Index points)
 {
   const double angle = request.Interpolation * std::acos(0.0);
   SinglePoints noise = SinglePoints::Zero(points, 3);
   if (request.Interpolation < 1.0)
   {
-    AddNormals(request, request.Seed, level, amplitude * std::cos(angle), noise);
+    AddNormals(request, request.Seed, level, draw, amplitude * std::cos(angle), noise);
   }
   if (request.Interpolation > 0.0)
   {
-    AddNormals(request, request.SecondSeed, level, amplitude * std::sin(angle), noise);
+    AddNormals(request, request.SecondSeed, level, draw, amplitude * std::sin(angle), noise);
   }
   return noise;
 }
 
-/// Noise of a level by the seeds of the request; no rows for a level without noise.
-NoiseSource NoiseOf(const GeometricTextureRequest& request, double amplitudeOfModel)
+/// Noise of a level by the seeds of the request.
+NoiseSource NoiseOf(const GeometricTextureRequest& request, const GeometricTextureOptions& options)
 {
-  const double amplitude = request.NoiseAmplitude < 0.0 ? amplitudeOfModel : request.NoiseAmplitude;
-  return [&request, amplitude](int level, int step, Index points) {
+  const double amplitude = request.NoiseAmplitude < 0.0 ? options.NoiseAmplitude : request.NoiseAmplitude;
+  const int wanted = request.Restarts < 0 ? SuitableRestarts : request.Restarts;
+  const int restarts = options.FlowSteps > 0 ? wanted : 0;
+  return [&request, amplitude, restarts](int level, int step, Index points) {
     const auto k = static_cast<std::size_t>(step);
     const bool none = amplitude == 0.0 || (k < request.LevelsWithoutNoise.size() && request.LevelsWithoutNoise[k]);
-    return none ? SinglePoints() : RandomNoise(request, amplitude, level, points);
+    LevelNoise noise;
+    for (int draw = 0; draw <= restarts && !none; ++draw)
+    {
+      noise.push_back(RandomNoise(request, amplitude, level, draw, points));
+    }
+    return noise;
   };
 }
 
@@ -90,12 +102,6 @@ void CheckShares(const std::string& name, const Eigen::VectorXf& values, const T
 void CheckRequest(const GeometricTextureModel& model, const GeometricTextureRequest& request, const TriangleMesh& mesh,
   const GeometricTextureLevelRange& levels)
 {
-  if (request.Statistics == NormStatistics::Reference && model.Options.FlowSteps > 0)
-  {
-    RefuseSample(
-      "the model is a flow, whose channels change with its time, so that it has no statistics of its reference",
-      "those of the target");
-  }
   if (request.Statistics == NormStatistics::Reference && model.Statistics.empty())
   {
     RefuseSample("the model has no statistics of its reference, which are to normalize its channels",
@@ -110,6 +116,10 @@ void CheckRequest(const GeometricTextureModel& model, const GeometricTextureRequ
   if (!std::isfinite(static_cast<float>(request.NoiseAmplitude)))
   {
     RefuseSample("the amplitude of the noise is " + FormatNumber(request.NoiseAmplitude), "a finite number");
+  }
+  if (request.Restarts > MaximumRestarts)
+  {
+    RefuseSample("there are " + std::to_string(request.Restarts) + " restarts", "at most 20");
   }
   if (request.Mask.size() > 0)
   {
@@ -182,7 +192,7 @@ GeometricTextureLevel SynthesizeLevels(GeometricTextureSynthesis growth, const G
     NetworkStatistics statistics;
     growth.Displace(level, noise(level, step, growth.NumberOfPoints()), SubProgress(part, 0.15, 1.0),
       observeStatistics ? &statistics : nullptr,
-      secondNoise ? secondNoise(level, step, growth.NumberOfPoints()) : SinglePoints());
+      secondNoise ? secondNoise(level, step, growth.NumberOfPoints()) : LevelNoise());
     if (observeStatistics)
     {
       observeStatistics(level, statistics);
@@ -245,9 +255,9 @@ GeometricTextureLevel GeometricTextureSampler::Synthesize(const TriangleMesh& me
   if (request.SecondModel)
   {
     synthesis.SetBlend(*request.SecondModel, request.Blend);
-    secondNoise = NoiseOf(request, request.SecondModel->Options.NoiseAmplitude);
+    secondNoise = NoiseOf(request, request.SecondModel->Options);
   }
-  return SynthesizeLevels(std::move(synthesis), levels, NoiseOf(request, this->Model->Options.NoiseAmplitude), observe,
+  return SynthesizeLevels(std::move(synthesis), levels, NoiseOf(request, this->Model->Options), observe,
     progress, {}, secondNoise);
 }
 
@@ -269,9 +279,10 @@ GeometricTextureLevel GeometricTextureSampler::Generate(
   }
   const GeometricTextureLevelRange levels = LevelsToSynthesize(request, model.Options.Levels);
   CheckRequest(model, request, model.Template, levels);
-  const NoiseSource random = NoiseOf(request, model.Options.NoiseAmplitude);
+  const NoiseSource random = NoiseOf(request, model.Options);
   const NoiseSource noise = [&](int level, int step, Index points) {
-    return level >= randomFrom ? random(level, step, points) : level == 0 ? model.ReconstructionNoise : SinglePoints();
+    const bool isRandom = level >= randomFrom;
+    return isRandom ? random(level, step, points) : LevelNoise(level == 0 ? 1 : 0, model.ReconstructionNoise);
   };
   return SynthesizeLevels(OnTemplate(model, request), levels, noise, observe, progress);
 }
@@ -282,15 +293,19 @@ namespace
 class StatisticsMeans
 {
 public:
-  /// Adds those of one sample of a level.
+  explicit StatisticsMeans(const GeometricTextureOptions& options)
+    : Shapes(ExpectedGeometricTextureStatistics(options))
+    , Norms(static_cast<std::size_t>(options.Layers - 2))
+  {}
+
+  /// Adds those of one sample of a level: of all norms, for each step of a flow in turn.
   void Add(int level, const NetworkStatistics& found)
   {
-    for (std::size_t j = 0; j < found.size(); ++j)
+    for (std::size_t j = 0; j < this->Norms; ++j)
     {
       const GeometricTextureStatisticsNames names = NamesOfStatistics(level, static_cast<std::int64_t>(j));
-      const auto width = static_cast<Eigen::Index>(found[j].Mean.size());
-      const Eigen::Map<const Eigen::ArrayXd> mean(found[j].Mean.data(), width);
-      const Eigen::Map<const Eigen::ArrayXd> variance(found[j].Variance.data(), width);
+      const Eigen::ArrayXd mean = this->OverSteps(found, j, &ChannelStatistics::Mean);
+      const Eigen::ArrayXd variance = this->OverSteps(found, j, &ChannelStatistics::Variance);
       Sum& sum = this->Sums[names.Mean];
       sum.Variance = names.Variance;
       sum.First = sum.Count == 0 ? mean : Eigen::ArrayXd(sum.First + mean);
@@ -305,8 +320,9 @@ public:
     for (const auto& [name, sum] : this->Sums)
     {
       const Eigen::ArrayXd mean = sum.First / sum.Count;
-      tensors[name] = Tensor(mean);
-      tensors[sum.Variance] = Tensor((sum.Second / sum.Count - mean.square()).max(0.0));
+      tensors[name] = { this->Shapes.at(name), InSinglePrecision(mean) };
+      tensors[sum.Variance] = { this->Shapes.at(sum.Variance),
+        InSinglePrecision((sum.Second / sum.Count - mean.square()).max(0.0)) };
     }
     return tensors;
   }
@@ -320,17 +336,30 @@ private:
     int Count = 0;
   };
 
-  static ModelTensor Tensor(const Eigen::ArrayXd& values)
+  /// The statistics after convolution @p norm, those of each step after those of the step before.
+  Eigen::ArrayXd OverSteps(
+    const NetworkStatistics& found, std::size_t norm, std::vector<double> ChannelStatistics::*which) const
   {
-    ModelTensor tensor;
-    tensor.Shape = { values.size() };
-    for (const double value : values)
+    std::vector<double> values;
+    for (std::size_t k = norm; k < found.size(); k += this->Norms)
     {
-      tensor.Values.push_back(static_cast<float>(value));
+      values.insert(values.end(), (found[k].*which).begin(), (found[k].*which).end());
     }
-    return tensor;
+    return Eigen::Map<const Eigen::ArrayXd>(values.data(), static_cast<Eigen::Index>(values.size()));
   }
 
+  static std::vector<float> InSinglePrecision(const Eigen::ArrayXd& values)
+  {
+    std::vector<float> rounded;
+    for (const double value : values)
+    {
+      rounded.push_back(static_cast<float>(value));
+    }
+    return rounded;
+  }
+
+  std::map<std::string, std::vector<std::int64_t>> Shapes;
+  std::size_t Norms;               ///< of a level
   std::map<std::string, Sum> Sums; ///< by the names of the means
 };
 } // namespace
@@ -347,10 +376,6 @@ std::map<std::string, ModelTensor> MeasureStatistics(
   const GeometricTextureModel& model, const std::vector<TriangleMesh>& templates, int samples, const Progress& progress)
 {
   CheckModel(model);
-  if (model.Options.FlowSteps > 0)
-  {
-    RefuseSample("the model is a flow, whose channels change with its time", "a model that is none");
-  }
   if (samples < 1 || templates.empty())
   {
     RefuseSample("statistics of " + std::to_string(samples) + " samples of " + std::to_string(templates.size()) +
@@ -359,7 +384,7 @@ std::map<std::string, ModelTensor> MeasureStatistics(
   }
   const double all = static_cast<double>(templates.size()) * samples;
   double done = 0.0;
-  StatisticsMeans means;
+  StatisticsMeans means(model.Options);
   GeometricTextureModel onTemplate = model;
   for (const TriangleMesh& mesh : templates)
   {
@@ -368,9 +393,10 @@ std::map<std::string, ModelTensor> MeasureStatistics(
     {
       GeometricTextureRequest request;
       request.Seed = static_cast<std::uint64_t>(k);
+      request.Restarts = 0; // which would add to the statistics of the last steps
       const GeometricTextureLevelRange levels = LevelsToSynthesize(request, model.Options.Levels);
       CheckRequest(onTemplate, request, mesh, levels);
-      SynthesizeLevels(OnTemplate(onTemplate, request), levels, NoiseOf(request, model.Options.NoiseAmplitude), {},
+      SynthesizeLevels(OnTemplate(onTemplate, request), levels, NoiseOf(request, model.Options), {},
         SubProgress(progress, done / all, (done + 1.0) / all),
         [&](int level, const NetworkStatistics& found) { means.Add(level, found); });
     }

@@ -39,8 +39,13 @@ struct GeometricTextureRequest
   /// begins with less or more noise, or none, it makes less or more of the texture.
   double NoiseAmplitude = -1.0;
   std::vector<bool> LevelsWithoutNoise; ///< by step, true for a level without noise; missing steps have noise
+  /// Restarts of a flow at each level with noise, 0 to 20; below 0: 3. At the end of the flow the displacements are mixed
+  /// with fresh noise as at half of its time, and go on from there to the end again: errors of the first part, as features
+  /// that are too close to each other, are mended [Xu2023]. Not used by models that are no flows.
+  int Restarts = -1;
   /// [V] of the mesh, in [0, 1]: factor of the displacements, interpolated linearly on finer levels; empty: 1. Vertices
-  /// with 0 keep their place to the last bit.
+  /// with 0 keep their place to the last bit. With NormStatistics::Target the networks of finer levels see the masked mesh,
+  /// as published; with NormStatistics::Reference the mesh without a mask, so that where it is 1 nothing changes by it.
   Eigen::VectorXf Mask;
   /// Another model with as many levels, for a mixture of two textures on a mesh; null for none. At each level both
   /// networks take the same mesh and the same noise, each with the standard deviation of its training, and their
@@ -125,7 +130,7 @@ private:
 /// Measures the statistics of the channels of a generator on random samples of the reference: means over the triangles
 /// of @p samples samples with the seeds 0, 1, ..., each normalized by itself.
 /// @return GeometricTextureModel::Statistics
-/// @throws InvalidInput as GeometricTextureSampler::Generate(), for a flow, and for less than one sample; Cancelled.
+/// @throws InvalidInput as GeometricTextureSampler::Generate(), and for less than one sample; Cancelled.
 std::map<std::string, ModelTensor> MeasureStatistics(
   const GeometricTextureModel& model, int samples = 8, const Progress& progress = {});
 /// Measures them on as many samples of each of several references, given by their templates, level 0: means over all.

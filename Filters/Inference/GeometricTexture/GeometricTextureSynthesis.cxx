@@ -8,6 +8,7 @@
 #include "Core/Solvers/SingleThreadedBlas.h"
 #include "Inference/GeometricTexture/FaceNetwork.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -100,32 +101,57 @@ PointMatrix GeometricTextureSynthesis::LocalOffset(const FaceNetwork& network, c
   return MeanCornerDisplacement(points, this->Base.Triangles, this->Local).cast<double>();
 }
 
-/// Computes the displacement of the vertices by a level of a model, [V, 3], in units of the level.
-PointMatrix GeometricTextureSynthesis::OffsetBy(const GeometricTextureModel& model, int level,
-  const SinglePoints& noise, const Progress& progress, NetworkStatistics* found)
+FaceNetwork GeometricTextureSynthesis::NetworkOf(
+  const GeometricTextureModel& model, int level, std::int64_t step) const
+{
+  static const std::map<std::string, ModelTensor> none;
+  const bool byReference = this->Statistics == NormStatistics::Reference;
+  return FaceNetwork(model.Generator, level, model.Options.Layers, byReference ? model.Statistics : none, step);
+}
+
+/// Integrates the flow of a level from its noise, then again from its middle for each restart: [V, 3], in units of each
+/// place.
+PointMatrix GeometricTextureSynthesis::FlowOffset(const GeometricTextureModel& model, int level,
+  const LevelNoise& noise, const Progress& progress, NetworkStatistics* found)
 {
   const SinglePoints points = this->LevelPoints();
-  const bool byReference = this->Statistics == NormStatistics::Reference;
-  const FaceNetwork network(model.Generator, level, model.Options.Layers,
-    byReference ? model.Statistics : std::map<std::string, ModelTensor>());
   const std::int64_t steps = model.Options.FlowSteps;
+  const std::int64_t middle = steps / 2;
+  const auto restarts = static_cast<std::int64_t>(noise.size()) - 1;
+  const std::int64_t evaluations = steps + std::max<std::int64_t>(restarts, 0) * (steps - middle);
+  std::int64_t done = 0;
   PointMatrix offset = PointMatrix::Zero(points.rows(), 3);
-  if (steps == 0)
+  const auto integrateFrom = [&](std::int64_t first) {
+    for (std::int64_t k = first; k < steps; ++k, ++done)
+    {
+      const auto share = [&](std::int64_t at) { return static_cast<double>(at) / static_cast<double>(evaluations); };
+      const Progress part = SubProgress(progress, share(done), share(done + 1));
+      offset += this->LocalOffset(this->NetworkOf(model, level, k), points, offset.cast<float>(), part, found) /
+        static_cast<double>(steps);
+    }
+  };
+  if (!noise.empty())
   {
-    offset = this->LocalOffset(network, points, noise, progress, found);
+    offset = noise.front().cast<double>();
   }
-  else if (noise.rows() > 0)
+  integrateFrom(0);
+  const double time = static_cast<double>(middle) / static_cast<double>(steps);
+  for (std::int64_t k = 1; k <= restarts; ++k)
   {
-    offset = noise.cast<double>();
+    offset = time * offset + (1.0 - time) * noise[static_cast<std::size_t>(k)].cast<double>();
+    integrateFrom(middle);
   }
-  for (std::int64_t k = 0; k < steps; ++k)
-  {
-    const auto all = static_cast<double>(steps);
-    const auto at = static_cast<double>(k);
-    offset += this->LocalOffset(
-                network, points, offset.cast<float>(), SubProgress(progress, at / all, (at + 1.0) / all), found) /
-      all;
-  }
+  return offset;
+}
+
+/// Computes the displacement of the vertices by a level of a model, [V, 3], in units of the level.
+PointMatrix GeometricTextureSynthesis::OffsetBy(const GeometricTextureModel& model, int level,
+  const LevelNoise& noise, const Progress& progress, NetworkStatistics* found)
+{
+  PointMatrix offset = model.Options.FlowSteps > 0
+    ? this->FlowOffset(model, level, noise, progress, found)
+    : this->LocalOffset(this->NetworkOf(model, level, 0), this->LevelPoints(),
+        noise.empty() ? SinglePoints() : noise.front(), progress, found);
   if (this->Sizes.size() > 0)
   {
     offset.array().colwise() *= this->Sizes.cast<double>().array();
@@ -133,8 +159,8 @@ PointMatrix GeometricTextureSynthesis::OffsetBy(const GeometricTextureModel& mod
   return offset;
 }
 
-void GeometricTextureSynthesis::Displace(int level, const SinglePoints& noise, const Progress& progress,
-  NetworkStatistics* found, const SinglePoints& secondNoise)
+void GeometricTextureSynthesis::Displace(int level, const LevelNoise& noise, const Progress& progress,
+  NetworkStatistics* found, const LevelNoise& secondNoise)
 {
   this->LastOffset = this->OffsetBy(
     this->Model, level, noise, SubProgress(progress, 0.0, this->SecondModel ? 0.5 : 1.0), found);
@@ -153,7 +179,7 @@ void GeometricTextureSynthesis::Displace(int level, const SinglePoints& noise, c
       }
     }
   }
-  if (this->Mask.size() > 0)
+  if (this->Mask.size() > 0 && !this->FadesResult())
   {
     this->LastOffset.array().colwise() *= this->Mask.cast<double>().array();
   }
@@ -185,9 +211,17 @@ GeometricTextureLevel GeometricTextureSynthesis::Result(int level) const
   GeometricTextureLevel result;
   result.Level = level;
   result.Mesh.Triangles = this->Base.Triangles;
-  result.Mesh.Points = this->Base.Points + unit * this->Offset;
+  result.Mesh.Points = unit * this->Offset;
   result.Displacement = unit * this->LastOffset;
   result.Base = this->Base.Points;
+  for (PointMatrix* way : { &result.Mesh.Points, &result.Displacement })
+  {
+    if (this->FadesResult())
+    {
+      way->array().colwise() *= this->Mask.cast<double>().array();
+    }
+  }
+  result.Mesh.Points += this->Base.Points;
   return result;
 }
 

@@ -26,6 +26,9 @@ struct GeometricTextureFrame
 /// @throws InvalidInput when the mean length of the edges is 0 or not finite.
 GeometricTextureFrame FrameOf(const TriangleMesh& mesh, const MeshTopology& topology);
 
+/// Noise of a level, [V, 3] each in its units: one, of a flow also one for each restart; none for a level without noise.
+using LevelNoise = std::vector<SinglePoints>;
+
 /// Mesh that the levels of a generator displace and refine in turn.
 class GeometricTextureSynthesis
 {
@@ -47,12 +50,11 @@ public:
   /// Number of vertices, V, of the present level.
   Index NumberOfPoints() const { return this->Base.NumberOfPoints(); }
   /// Displaces the mesh by generator level @p level.
-  /// @param noise [V, 3] in the level's units, or empty for none
   /// @throws InvalidInput when a displacement is not finite.
   /// @param found see FaceNetwork::Run(); of the first model
   /// @param secondNoise that of the second model of SetBlend()
-  void Displace(int level, const SinglePoints& noise, const Progress& progress = {}, NetworkStatistics* found = nullptr,
-    const SinglePoints& secondNoise = {});
+  void Displace(int level, const LevelNoise& noise, const Progress& progress = {}, NetworkStatistics* found = nullptr,
+    const LevelNoise& secondNoise = {});
   /// Cuts triangles into four and doubles all coordinates.
   void Refine();
 
@@ -65,8 +67,13 @@ public:
   GeometricTextureLevel Result(int level) const;
 
 private:
-  PointMatrix OffsetBy(const GeometricTextureModel& model, int level, const SinglePoints& noise,
+  /// The mask fades the result alone, so that no network sees it.
+  bool FadesResult() const { return this->Mask.size() > 0 && this->Statistics == NormStatistics::Reference; }
+  PointMatrix OffsetBy(const GeometricTextureModel& model, int level, const LevelNoise& noise,
     const Progress& progress, NetworkStatistics* found);
+  PointMatrix FlowOffset(const GeometricTextureModel& model, int level, const LevelNoise& noise,
+    const Progress& progress, NetworkStatistics* found);
+  FaceNetwork NetworkOf(const GeometricTextureModel& model, int level, std::int64_t step) const;
   PointMatrix LocalOffset(const FaceNetwork& network, const SinglePoints& points, const SinglePoints& noise,
     const Progress& progress, NetworkStatistics* found);
 
@@ -77,8 +84,8 @@ private:
   GeometricTextureFrame Frame;
   double Doubling = 1.0;  ///< 2 to the number of refinements
   TriangleMesh Base;      ///< without any displacement, in the caller's units: exact where nothing moves
-  PointMatrix Offset;     ///< [V, 3], all displacements so far, in units of the level
-  PointMatrix LastOffset; ///< [V, 3], displacement of the last Displace()
+  PointMatrix Offset;     ///< [V, 3], all displacements so far, in units of the level; without the mask if FadesResult()
+  PointMatrix LastOffset; ///< [V, 3], displacement of the last Displace(), as Offset
   SinglePoints Local;
   Eigen::VectorXf Mask;
   NormStatistics Statistics;

@@ -316,6 +316,8 @@ public:
     known["--objective"] = { "adversarial, sliced_wasserstein or flow_matching: what generators learn by (adversarial)",
       [&o](const std::string& value) { o.Objective = Choose("--objective", value, Objectives); } };
     AddNumber(known, "--flow-steps", o.FlowSteps, "of a flow at each level in a synthesis");
+    AddNumber(known, "--base-noise-amplitude", o.BaseNoiseAmplitude,
+      "of a flow: largest noise of the level before, in its mean edge lengths");
     AddNumber(known, "--projections", o.Projections, "directions of the sliced Wasserstein distance in a step");
     AddNumber(known, "--discriminator-steps", o.DiscriminatorSteps, "in an iteration");
     AddNumber(known, "--generator-steps", o.GeneratorSteps, "in an iteration");

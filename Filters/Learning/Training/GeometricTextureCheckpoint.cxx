@@ -146,6 +146,7 @@ std::map<std::string, std::string> GeometricTextureTrainer::Internals::Recipe() 
   if (o.Objective == TextureObjective::FlowMatching)
   {
     recipe["objective"] = "flow_matching"; // steps matter to a synthesis alone
+    recipe["base_noise_amplitude"] = FormatExact(o.BaseNoiseAmplitude);
   }
   return recipe;
 }

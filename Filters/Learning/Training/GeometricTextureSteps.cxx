@@ -19,6 +19,7 @@ namespace
 /// Components of the random numbers of a step, by the step: beyond those of the noise.
 constexpr std::uint32_t DirectionComponent = 1U << 29;
 constexpr std::uint32_t TimeComponent = DirectionComponent + (1U << 28);
+constexpr std::uint32_t BaseComponent = DirectionComponent + (1U << 27);
 
 /// While it lives, a network's parameters are constants.
 class Frozen
@@ -171,13 +172,29 @@ void GeometricTextureTrainer::Internals::GeneratorStep(std::int64_t slot, Geomet
   this->TakeStep(*this->GeneratorAdam, generator, losses.Adversarial + losses.Reconstruction);
 }
 
+/// The level before of the reference, subdivided: what a flow displaces. Above level 0 with noise, as the output of the
+/// levels below is never the reference.
+torch::Tensor GeometricTextureTrainer::Internals::FlowBase(std::int64_t slot)
+{
+  const double most = this->Options.BaseNoiseAmplitude;
+  if (*this->Current == 0 || most == 0.0)
+  {
+    return this->Reference().ReconstructionStart;
+  }
+  const std::int64_t below = *this->Current - 1;
+  const GeometricTextureLevelData& data = this->Reference().Levels.Data[static_cast<std::size_t>(below)];
+  NormalKey key = this->KeyOfIteration();
+  key.Component = BaseComponent + static_cast<std::uint32_t>(slot);
+  return DoubledSubdivision(data.Real + this->Noise(slot, below, most * Uniform(key, 0)), data.Parents);
+}
+
 /// Of one step with noise of its own, from the level before of the reference.
 void GeometricTextureTrainer::Internals::FlowStep(std::int64_t slot, GeometricTextureLosses& losses)
 {
   const GeometricTextureLevelData& data = this->Data();
   GeometricTextureLevelNetworkImpl& generator = this->LevelGenerator();
   this->GeneratorAdam->zero_grad();
-  const torch::Tensor& base = this->Reference().ReconstructionStart;
+  const torch::Tensor base = this->FlowBase(slot);
   const torch::Tensor noise = this->Noise(slot, *this->Current);
   NormalKey key = this->KeyOfIteration();
   key.Component = TimeComponent + static_cast<std::uint32_t>(slot);

@@ -113,6 +113,7 @@ void CheckOptions(const GeometricTextureTrainingOptions& options)
   }
   const OptionChecks check("GeometricTextureTrainingOptions");
   check.Count("FlowSteps", options.FlowSteps, 1, 1000);
+  check.Weight("BaseNoiseAmplitude", options.BaseNoiseAmplitude);
   check.Count("Projections", options.Projections, 1, 10000);
   check.Iterations("IterationsPerLevel", options.IterationsPerLevel);
   for (std::size_t k = 0; k < options.IterationsOfLevels.size(); ++k)
@@ -310,10 +311,15 @@ void GeometricTextureTrainer::Internals::DrawReference()
 /// The noise of one pass through the levels in this iteration; @p slot numbers the passes.
 torch::Tensor GeometricTextureTrainer::Internals::Noise(std::int64_t slot, std::int64_t level)
 {
+  return this->Noise(slot, level, this->Options.Network.NoiseAmplitude);
+}
+
+torch::Tensor GeometricTextureTrainer::Internals::Noise(std::int64_t slot, std::int64_t level, double amplitude)
+{
   NormalKey key = this->KeyOfIteration();
   key.Component = 3 * (static_cast<std::uint32_t>(slot) * MaximumNumberOfLevels + static_cast<std::uint32_t>(level));
   const std::int64_t vertices = this->Reference().Levels.Data[static_cast<std::size_t>(level)].Tables.Vertices;
-  return NoiseTensor(NormalPoints(key, vertices, this->Options.Network.NoiseAmplitude), this->Where);
+  return NoiseTensor(NormalPoints(key, vertices, amplitude), this->Where);
 }
 
 /// Positions of level + 1 from those of @p level, before it is displaced.
@@ -436,10 +442,7 @@ GeometricTextureModel GeometricTextureTrainer::Model() const
   }
   model.Template = templates.front();
   model.ReconstructionNoise = this->Impl->References.front().ReconstructionNoise;
-  if (model.Options.FlowSteps == 0) // channels of a flow change with its time
-  {
-    model.Statistics = MeasureStatistics(model, templates);
-  }
+  model.Statistics = MeasureStatistics(model, templates);
   return model;
 }
 

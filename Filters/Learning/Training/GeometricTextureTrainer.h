@@ -33,6 +33,8 @@ struct GeometricTextureTrainingOptions : ModelTrainingOptions
   std::string Name = "texture";                               ///< of the model, for people; not empty
   TextureObjective Objective = TextureObjective::Adversarial; ///< what the generators learn by
   std::int64_t FlowSteps = 10;                                ///< of the flow at each level in a synthesis, 1 to 1000
+  /// Of a flow: largest standard deviation of noise on each coordinate of the level before, in its mean edge lengths; >= 0
+  double BaseNoiseAmplitude = 0.1;
   std::int64_t Projections = 64;          ///< directions of the sliced Wasserstein distance in a step, 1 to 10000
   std::int64_t IterationsPerLevel = 2000; ///< >= 1
   /// Iterations of each level in turn, >= 1, as many as there are levels; empty: IterationsPerLevel of each. Coarse
@@ -67,8 +69,10 @@ std::vector<std::int64_t> IterationsOfEachLevel(const GeometricTextureTrainingOp
 /// from those of the reference (CompareGeometricTextures(), 1, 3 and 6 rings, in as many random directions as
 /// Projections) takes the place of its value. With TextureObjective::FlowMatching a level learns from the reference alone,
 /// without the levels below: with b the level before, subdivided, d = reference - b, noise n and a time t uniform in
-/// [0, 1], the network gets b + (1 - t) n + t d and is to give d - n. It is not told t, which the noise shows. The network
-/// of a flow does not reconstruct the reference.
+/// [0, 1], the network gets b + (1 - t) n + t d and is to give d - n. It is not told t, which the noise shows. In a synthesis b
+/// comes from the level below, which is never quite the reference: therefore b has noise too in the training, of a standard
+/// deviation uniform in [0, BaseNoiseAmplitude] (conditioning augmentation [Ho2022]). The network of a flow does not
+/// reconstruct the reference.
 ///
 /// Of several references, each a surface with the same texture, each iteration draws one: surfaces of other curvature,
 /// for textures that are to grow on such. Their triangles should be of the same size beside the features of the

@@ -70,6 +70,7 @@ private:
   void BeginLevel(std::int64_t level);
   void DrawReference();
   torch::Tensor Noise(std::int64_t slot, std::int64_t level);
+  torch::Tensor Noise(std::int64_t slot, std::int64_t level, double amplitude);
   torch::Tensor Refined(std::size_t level, const torch::Tensor& positions, const torch::Tensor& noise);
   torch::Tensor CoarseSurface(std::int64_t slot);
   void TakeStep(torch::optim::Adam& optimizer, const torch::nn::Module& network, double loss) const;
@@ -80,6 +81,7 @@ private:
   torch::Tensor AdversarialLoss(std::int64_t slot, const torch::Tensor& positions);
   void DiscriminatorStep(std::int64_t slot, GeometricTextureLosses& losses);
   void GeneratorStep(std::int64_t slot, GeometricTextureLosses& losses);
+  torch::Tensor FlowBase(std::int64_t slot);
   void FlowStep(std::int64_t slot, GeometricTextureLosses& losses);
 
   GeometricTextureReference& Reference() { return this->References[this->Drawn]; }

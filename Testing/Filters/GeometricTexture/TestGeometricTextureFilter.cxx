@@ -590,6 +590,8 @@ TEST(GeometricTextureFilter, PropertiesAreClampedAndModifyOnlyOnChange)
   EXPECT_EQ(filter->GetInterpolation(), 1.0);
   filter->SetNoiseAmplitude(-5.0);
   EXPECT_EQ(filter->GetNoiseAmplitude(), -1.0);
+  filter->SetNumberOfRestarts(-5);
+  EXPECT_EQ(filter->GetNumberOfRestarts(), -1);
   filter->SetTextureScale(-1.0);
   EXPECT_EQ(filter->GetTextureScale(), 0.0) << "automatic";
   filter->SetMaskFalloff(-1.0);
@@ -619,7 +621,7 @@ TEST(GeometricTextureFilter, PrintsEveryProperty)
   std::ostringstream text;
   filter->Print(text);
   for (const char* line : { "ModelFileName: print.model", "StartLevel: 0", "EndLevel: -1", "Seed: 0", "SecondSeed: 1",
-         "Interpolation: 0", "NoiseAmplitude: -1", "NormStatistics: 0", "LevelsWithoutNoise: \n",
+         "Interpolation: 0", "NoiseAmplitude: -1", "NumberOfRestarts: -1", "NormStatistics: 0", "LevelsWithoutNoise: \n",
          "TargetPreparation: 0", "TextureScale: 1", "MaskArrayName: \n", "MaskFalloff: 0", "RandomFromLevel: 0",
          "OutputLevels: 0", "Animation: 0", "DisplacementArrayName: Displacement", "LevelArrayName: Level",
          "ModelDescription: \"pebbles\": 2 levels of 4 convolutions", "NumberOfModelLoads: 1", "NumberOfSyntheses: 1",

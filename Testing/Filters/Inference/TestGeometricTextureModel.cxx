@@ -159,7 +159,7 @@ TEST(GeometricTextureModel, StatisticsOfChannelsBelongToAModelOrNot)
     HasSubstr("\"statistics.levels.0.layers.0.variance\" [6] is missing"));
 }
 
-TEST(GeometricTextureModel, AFlowHasAFormatVersionAndNoStatistics)
+TEST(GeometricTextureModel, AFlowHasAFormatVersionAndStatisticsOfEachStep)
 {
   GeometricTextureModel flow = test::RandomGeometricTexture();
   flow.Options.FlowSteps = 7;
@@ -179,11 +179,16 @@ TEST(GeometricTextureModel, AFlowHasAFormatVersionAndNoStatistics)
     metadata["geometric_texture"].replace(0, 1, "{\"flow_steps\":0,");
   }),
     HasSubstr("expected 1 to 1000"));
+  flow.Statistics = MeasureStatistics(flow, 1);
+  EXPECT_THAT(flow.Statistics.at("levels.1.layers.2.variance").Shape, testing::ElementsAre(7, 6));
+  WriteGeometricTexture("flow.safetensors", flow);
+  EXPECT_EQ(ReadGeometricTexture("flow.safetensors").Statistics.at("levels.1.layers.2.variance").Values,
+    flow.Statistics.at("levels.1.layers.2.variance").Values);
   EXPECT_THAT(MessageOfCheck([](auto& model) {
     model.Statistics = MeasureStatistics(model, 1);
     model.Options.FlowSteps = 1;
   }),
-    HasSubstr("a flow has statistics"));
+    AllOf(HasSubstr("[6]"), HasSubstr("[1, 6]")));
 }
 
 TEST(GeometricTextureModel, MetadataAreChecked) { test::ExpectMetadataAreChecked(Kind); }

@@ -63,13 +63,24 @@ GeometricTextureRequest WithoutNoise()
 }
 
 /// A sampler whose channels are normalized by the statistics of the template.
+GeometricTextureSampler WithStatistics(std::int64_t flowSteps)
+{
+  GeometricTextureModel model = test::RandomGeometricTexture();
+  model.Options.FlowSteps = flowSteps;
+  model.Statistics = MeasureStatistics(model, 2);
+  return GeometricTextureSampler(std::make_shared<const GeometricTextureModel>(model));
+}
+
 const GeometricTextureSampler& NormalizedSampler()
 {
-  static const GeometricTextureSampler sampler = [] {
-    GeometricTextureModel model = test::RandomGeometricTexture();
-    model.Statistics = MeasureStatistics(model, 2);
-    return GeometricTextureSampler(std::make_shared<const GeometricTextureModel>(model));
-  }();
+  static const GeometricTextureSampler sampler = WithStatistics(0);
+  return sampler;
+}
+
+/// The same of a flow.
+const GeometricTextureSampler& NormalizedFlow()
+{
+  static const GeometricTextureSampler sampler = WithStatistics(3);
   return sampler;
 }
 
@@ -303,10 +314,10 @@ TEST(GeometricTextureSampler, ATextureDependsOnTheTargetNearbyAlone)
   {
     request.Mask[v] = within(v, 19.0) ? 1.0F : 0.0F;
   }
-  const auto difference = [&](NormStatistics statistics) {
+  const auto difference = [&](const GeometricTextureSampler& sampler, NormStatistics statistics) {
     request.Statistics = whole.Statistics = statistics;
-    const PointMatrix masked = NormalizedSampler().Synthesize(plane, request).Mesh.Points;
-    const PointMatrix unmasked = NormalizedSampler().Synthesize(plane, whole).Mesh.Points;
+    const PointMatrix masked = sampler.Synthesize(plane, request).Mesh.Points;
+    const PointMatrix unmasked = sampler.Synthesize(plane, whole).Mesh.Points;
     double largest = 0.0;
     for (Index v = 0; v < plane.NumberOfPoints(); ++v)
     {
@@ -314,8 +325,35 @@ TEST(GeometricTextureSampler, ATextureDependsOnTheTargetNearbyAlone)
     }
     return largest;
   };
-  EXPECT_LE(difference(NormStatistics::Reference), 1e-5);
-  EXPECT_GT(difference(NormStatistics::Target), 1e-5) << "instance norms see the whole";
+  for (const GeometricTextureSampler* sampler : { &NormalizedSampler(), &NormalizedFlow() })
+  {
+    EXPECT_EQ(difference(*sampler, NormStatistics::Reference), 0.0) << "the mask fades the result alone";
+    EXPECT_GT(difference(*sampler, NormStatistics::Target), 1e-5) << "instance norms see the whole";
+  }
+  // Another shape far away changes nothing either.
+  TriangleMesh one = plane, other = plane; // waves there that are upside down: edges keep their mean length
+  for (Index v = 0; v < plane.NumberOfPoints(); ++v)
+  {
+    one.Points(v, 2) = within(v, 50.0) ? 0.0 : 0.3 * std::sin(plane.Points(v, 0));
+    other.Points(v, 2) = -one.Points(v, 2);
+  }
+  whole.Statistics = NormStatistics::Reference;
+  for (const GeometricTextureSampler* sampler : { &NormalizedSampler(), &NormalizedFlow() })
+  {
+    const auto movedOn = [&](const TriangleMesh& mesh) {
+      const GeometricTextureLevel level = sampler->Synthesize(mesh, whole);
+      return PointMatrix(level.Mesh.Points - level.Base);
+    };
+    const PointMatrix difference = (movedOn(one) - movedOn(other)).cwiseAbs();
+    double inside = 0.0, outside = 0.0;
+    for (Index v = 0; v < plane.NumberOfPoints(); ++v)
+    {
+      double& largest = within(v, 12.0) ? inside : outside;
+      largest = std::max(largest, difference.row(v).maxCoeff());
+    }
+    EXPECT_LE(inside, 0.01 * outside) << "what is left is the unit of length";
+    EXPECT_GT(outside, 1e-3);
+  }
 }
 
 TEST(GeometricTextureSampler, ComponentsDoNotChangeEachOther)
@@ -331,9 +369,12 @@ TEST(GeometricTextureSampler, ComponentsDoNotChangeEachOther)
   two.Triangles.conservativeResize(2 * first.NumberOfTriangles(), 3);
   two.Triangles.bottomRows(first.NumberOfTriangles()) = second.Triangles.array() + first.NumberOfPoints();
   const Index coarse = first.NumberOfPoints();
-  const auto alone = NormalizedSampler().Synthesize(first, request).Mesh.Points;
-  const auto beside = NormalizedSampler().Synthesize(two, request).Mesh.Points;
-  EXPECT_LE((beside.topRows(coarse) - alone.topRows(coarse)).cwiseAbs().maxCoeff(), 1e-5);
+  for (const GeometricTextureSampler* sampler : { &NormalizedSampler(), &NormalizedFlow() })
+  {
+    const auto alone = sampler->Synthesize(first, request).Mesh.Points;
+    const auto beside = sampler->Synthesize(two, request).Mesh.Points;
+    EXPECT_LE((beside.topRows(coarse) - alone.topRows(coarse)).cwiseAbs().maxCoeff(), 1e-5);
+  }
 }
 
 TEST(GeometricTextureSampler, SizesGiveEachPlaceAUnitOfItsOwn)
@@ -375,6 +416,7 @@ TEST(GeometricTextureSampler, AFlowIntegratesItsNetworkFromTheNoise)
   };
   GeometricTextureRequest request = Seeded(4);
   request.EndLevel = 0;
+  request.Restarts = 0;
   // One step without noise is the network on the mesh itself.
   GeometricTextureRequest bare = WithoutNoise();
   bare.EndLevel = 0;
@@ -392,8 +434,57 @@ TEST(GeometricTextureSampler, AFlowIntegratesItsNetworkFromTheNoise)
   EXPECT_GT(coarse, 1e-3 * exact.norm());
   EXPECT_NO_THROW(flow(2).Generate(0, request));
   EXPECT_THAT(MessageOf([&] { flow(2).Generate(1, request); }), HasSubstr("expected 0 (RandomFromLevel)"));
-  request.Statistics = NormStatistics::Reference;
-  EXPECT_THAT(MessageOf([&] { flow(2).Synthesize(Surface(), request); }), HasSubstr("the model is a flow"));
+}
+
+TEST(GeometricTextureSampler, ARestartGoesOnFromTheMiddleOfAFlowWithFreshNoise)
+{
+  const auto moved = [](std::int64_t steps, int restarts, double amplitude = -1.0) {
+    GeometricTextureModel model = test::RandomGeometricTexture();
+    model.Options.FlowSteps = steps;
+    GeometricTextureRequest request = Seeded(4);
+    request.EndLevel = 0;
+    request.Restarts = restarts;
+    request.NoiseAmplitude = amplitude;
+    const GeometricTextureSampler sampler(std::make_shared<const GeometricTextureModel>(model));
+    return sampler.Synthesize(Surface(), request).Displacement;
+  };
+  // With one step it begins with its noise alone: another sample, as large as the first.
+  const PointMatrix first = moved(1, 0), second = moved(1, 1);
+  EXPECT_LT(std::abs(first.cwiseProduct(second).sum()), 0.2 * first.norm() * second.norm());
+  EXPECT_NEAR(second.norm() / first.norm(), 1.0, 0.1);
+  // With many, the middle of a sample that is nearly its noise is half of it and half of fresh noise.
+  const PointMatrix before = moved(8, 0), after = moved(8, 1);
+  const double kept = before.cwiseProduct(after).sum() / before.squaredNorm();
+  EXPECT_NEAR(kept, 0.5, 0.1);
+  EXPECT_NEAR(after.norm() / before.norm(), std::sqrt(0.5), 0.1);
+  EXPECT_TRUE(moved(8, -1) == moved(8, 3));
+  EXPECT_FALSE(moved(8, 2) == moved(8, 3));
+  EXPECT_TRUE(moved(8, 0, 0.0) == moved(8, 3, 0.0)) << "without noise there is nothing to draw again";
+  EXPECT_TRUE(moved(0, 0) == moved(0, 3)) << "no flow";
+  EXPECT_THAT(MessageOf([&] { moved(8, 21); }), HasSubstr("21 restarts"));
+}
+
+TEST(GeometricTextureSampler, AFlowHasStatisticsOfEachStep)
+{
+  // On the template itself, with the seed that they were measured with, they are those of the target: the same texture.
+  GeometricTextureModel model = test::RandomGeometricTexture();
+  model.Options.FlowSteps = 3;
+  model.Statistics = MeasureStatistics(model, 1);
+  const auto generated = [&](NormStatistics statistics) {
+    GeometricTextureRequest request;
+    request.Statistics = statistics;
+    request.Restarts = 0;
+    return GeometricTextureSampler(std::make_shared<const GeometricTextureModel>(model)).Generate(0, request).Mesh.Points;
+  };
+  const PointMatrix own = generated(NormStatistics::Target);
+  const double unit = MeanEdgeLength(model.Template, MeshTopology(model.Template));
+  const double right = (generated(NormStatistics::Reference) - own).cwiseAbs().maxCoeff();
+  EXPECT_LE(right, 1e-6 * unit);
+  // Those of one step are not those of another.
+  std::vector<float>& means = model.Statistics.at("levels.0.layers.1.mean").Values;
+  std::rotate(means.begin(), means.begin() + 6, means.end());
+  const double wrong = (generated(NormStatistics::Reference) - own).cwiseAbs().maxCoeff();
+  EXPECT_GT(wrong, 100.0 * std::max(right, 1e-7 * unit));
 }
 
 TEST(GeometricTextureSampler, StatisticsAreThoseOfTheTargetUnlessTheReferencesAreAskedFor)

@@ -285,7 +285,7 @@ TEST_F(GeometricTextureTraining, OtherObjectivesGoOnFromAnyCheckpointAndHaveNoDi
     const bool isFlow = objective == TextureObjective::FlowMatching;
     EXPECT_TRUE(model.Discriminator.empty());
     EXPECT_EQ(model.Options.FlowSteps, isFlow ? 4 : 0);
-    EXPECT_EQ(model.Statistics.empty(), isFlow);
+    EXPECT_EQ(model.Statistics.at("levels.0.layers.0.mean").Shape.size(), isFlow ? 2U : 1U);
     EXPECT_EQ(trainer.History().Column("critic_loss"), std::vector<double>(4, 0.0));
     for (const double distance : trainer.History().Column("adversarial_loss"))
     {
@@ -324,6 +324,20 @@ TEST_F(GeometricTextureTraining, AFlowTurnsNoiseIntoTheDisplacementsOfTheReferen
   const double correlation = found.cwiseProduct(wanted).sum() / (found.norm() * wanted.norm());
   EXPECT_GT(correlation, 0.98);
   EXPECT_NEAR(found.norm() / wanted.norm(), 1.0, 0.1);
+}
+
+TEST_F(GeometricTextureTraining, TheBaseOfAFlowHasNoiseAboveLevel0)
+{
+  GeometricTextureTrainingOptions options = TinyGeometricTexture();
+  options.Objective = TextureObjective::FlowMatching;
+  options.IterationsPerLevel = 1;
+  const auto lossesOf = [&](double amplitude) {
+    options.BaseNoiseAmplitude = amplitude;
+    return Trained(options, 2, 2).History().Column("reconstruction_loss");
+  };
+  const std::vector<double> exact = lossesOf(0.0), noisy = lossesOf(0.5);
+  EXPECT_EQ(exact[0], noisy[0]) << "level 0 has its template";
+  EXPECT_GT(noisy[1], 2.0 * exact[1]) << "the displacement takes the noise back";
 }
 
 TEST_F(GeometricTextureTraining, LearnsFromSeveralReferences)
@@ -468,6 +482,7 @@ TEST_F(GeometricTextureTraining, RefusesOptionsOutOfTheirRange)
   EXPECT_THAT(refusal([](auto& o) { o.LearningRateInterval = -1; }), HasSubstr("LearningRateInterval is -1"));
   EXPECT_THAT(refusal([](auto& o) { o.PenaltyInterval = 0; }), HasSubstr("PenaltyInterval is 0"));
   EXPECT_THAT(refusal([](auto& o) { o.FlowSteps = 0; }), HasSubstr("FlowSteps is 0"));
+  EXPECT_THAT(refusal([](auto& o) { o.BaseNoiseAmplitude = -0.1; }), HasSubstr("BaseNoiseAmplitude is -0.1"));
   EXPECT_THAT(refusal([](auto& o) { o.Projections = 0; }), HasSubstr("Projections is 0"));
   EXPECT_THAT(refusal([](auto& o) { o.GeneratorSteps = 1001; }), HasSubstr("GeneratorSteps is 1001"));
   EXPECT_THAT(refusal([&](auto& o) { o.LearningRate = nan; }), HasSubstr("LearningRate is nan"));

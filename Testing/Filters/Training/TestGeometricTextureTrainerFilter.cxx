@@ -330,6 +330,7 @@ TEST(GeometricTextureTrainerFilter, ObjectivesAreThoseOfThePlainTraining)
     GeometricTextureTrainingOptions options = SameOptions();
     options.Objective = objective;
     options.FlowSteps = 3;
+    options.BaseNoiseAmplitude = 0.2;
     options.Projections = 5;
     TrainingFiles files;
     files.Model = "objective.plain";
@@ -337,6 +338,7 @@ TEST(GeometricTextureTrainerFilter, ObjectivesAreThoseOfThePlainTraining)
     const auto filter = TrainerFor("objective.filter", true);
     filter->SetObjective(number);
     filter->SetFlowSteps(3);
+    filter->SetBaseNoiseAmplitude(0.2);
     filter->SetNumberOfProjections(5);
     OutputOf(filter);
     EXPECT_TRUE(BytesOf("objective.filter") == BytesOf("objective.plain")) << number;
@@ -348,6 +350,8 @@ TEST(GeometricTextureTrainerFilter, ObjectivesAreThoseOfThePlainTraining)
   EXPECT_EQ(filter->GetObjective(), vtkGeometricTextureTrainer::SLICED_WASSERSTEIN);
   filter->SetFlowSteps(0);
   EXPECT_EQ(filter->GetFlowSteps(), 1);
+  filter->SetBaseNoiseAmplitude(-1.0);
+  EXPECT_EQ(filter->GetBaseNoiseAmplitude(), 0.0);
 }
 
 TEST(GeometricTextureTrainerFilter, ListsArePrintedAndKeepTheirRange)
@@ -403,7 +407,7 @@ TEST(GeometricTextureTrainerFilter, PropertiesAreClampedAndPrinted)
   filter->Print(text);
   for (const char* line :
     { "ModelFileName: \n", "CheckpointFileName: \n", "LossTableFileName: \n", "CheckpointInterval: 500", "Resume: 1",
-      "DatasetFileName: \n", "TextureName: texture", "Objective: 0", "FlowSteps: 10", "NumberOfProjections: 64",
+      "DatasetFileName: \n", "TextureName: texture", "Objective: 0", "FlowSteps: 10", "BaseNoiseAmplitude: 0.1", "NumberOfProjections: 64",
       "IterationsPerLevel: 1", "DiscriminatorSteps: 2", "GeneratorSteps: 3", "LearningRate: 0.0005",
       "LearningRateInterval: 500", "LearningRateFactor: 1", "PenaltyWeight: 0.1", "PenaltyInterval: 1",
       "ReconstructionWeight: 5", "Layers: 3", "StartChannels: 32", "MinimumChannels: 32", "MaximumChannels: 128",

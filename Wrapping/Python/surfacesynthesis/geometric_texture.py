@@ -68,6 +68,7 @@ def geometric_texture(
     second_model=None,
     blend=None,
     size=None,
+    restarts=None,
 ):
     """Synthesizes the geometric texture that a model has learned from one mesh on another.
 
@@ -125,8 +126,12 @@ def geometric_texture(
         The statistics that normalize the channels of the networks: "target", those over the whole target, as published,
         which suit targets that are curved otherwise than the reference; "reference", those on samples of the reference,
         which the training writes into the model file (add_texture_statistics() for others): the texture at a point depends
-        on the target nearby alone, so that a mask or another component changes nothing beyond a dozen edges. Default
+        on the target nearby alone: another component changes nothing, and the mask fades the result, nothing else. Default
         "target".
+    restarts : int, optional
+        For a model that is a flow (``objective`` of train_geometric_texture()): restarts at each level, from 0 to 20. At the
+        end of the flow the displacements are mixed with fresh noise as at half of its time, and go on from there again, which
+        mends features that are too close to each other. Each takes half of the time of the flow itself. Default: 3.
     printable : bool
         True reduces displacements until no triangles of the output intersect, for slicers of 3D printers; needs CGAL. Where
         triangles intersect, first the tangential part of the displacements falls, then the part along the normals of the
@@ -190,6 +195,7 @@ def geometric_texture(
         second_model=second_model,
         blend=blend,
         size=size,
+        restarts=restarts,
     )
     dataset = None if mesh is None else given_dataset(mesh)
     output, remarks = apply_filter(algorithm, dataset, progress_callback(progress))
@@ -224,6 +230,7 @@ def configured_synthesizer(
     second_model=None,
     blend=None,
     size=None,
+    restarts=None,
 ):
     """A vtkGeometricTextureSynthesizer with the parameters of geometric_texture(); raises TypeError and ValueError."""
     algorithm = vtkGeometricTextureSynthesizer()
@@ -234,6 +241,7 @@ def configured_synthesizer(
     algorithm.SetEndLevel(-1 if end_level is None else integer("end_level", end_level, 0))
     amplitude = -1.0 if noise_amplitude is None else in_range("noise_amplitude", noise_amplitude, 0.0, 1e6)
     algorithm.SetNoiseAmplitude(amplitude)
+    algorithm.SetNumberOfRestarts(-1 if restarts is None else integer("restarts", restarts, 0, 20))
     algorithm.SetNormStatistics(choice("norm_statistics", norm_statistics, NORM_STATISTICS))
     without_noise = [integer("levels_without_noise", level, 0) for level in levels_without_noise]
     algorithm.SetLevelsWithoutNoise(" ".join(map(str, without_noise)))

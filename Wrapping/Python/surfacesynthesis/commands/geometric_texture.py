@@ -61,6 +61,9 @@ def add(commands):
         "--noise-amplitude", type=float, metavar="A", help="in mean edge lengths (default: that of the training)"
     )
     texture.add_argument(
+        "--restarts", type=int, metavar="N", help="of a model that is a flow at each level, 0 to 20 (default: 3)"
+    )
+    texture.add_argument(
         "--norm-statistics",
         choices=["target", "reference"],
         default="target",
@@ -127,6 +130,7 @@ def run(arguments):
         start_level=arguments.start_level,
         end_level=arguments.end_level,
         noise_amplitude=arguments.noise_amplitude,
+        restarts=arguments.restarts,
         norm_statistics=arguments.norm_statistics,
         levels_without_noise=arguments.levels_without_noise,
         second_seed=arguments.second_seed,

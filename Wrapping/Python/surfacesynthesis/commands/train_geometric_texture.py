@@ -37,6 +37,8 @@ _NUMBERS = {
     "training": (
         ("iterations", iterations_of_levels, 2000, "N[,N...]", "iterations of each level, or one number for each"),
         ("flow-steps", int, 10, "N", "steps of a flow at each level of a synthesis"),
+        ("base-noise-amplitude", float, 0.1, "A",
+         "of a flow: largest noise of the level before in the training, in its mean edge lengths"),
         ("projections", int, 64, "N", "directions of the sliced Wasserstein distance in a step"),
         ("discriminator-steps", int, 2, "N", "steps of the discriminator in an iteration"),
         ("generator-steps", int, 3, "N", "steps of the generator in an iteration"),
