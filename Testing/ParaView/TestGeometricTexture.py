@@ -99,7 +99,7 @@ TRAINER = {
     **TRAINING_PROPERTIES,
     "TextureName": ("texture", "bark", "bark"),
     "IterationsPerLevel": (2000, 2, 2),
-    "Objective": ("Adversarial", "Flow Matching", vtkGeometricTextureTrainer.FLOW_MATCHING),
+    "Objective": ("Flow Matching", "Adversarial", vtkGeometricTextureTrainer.ADVERSARIAL),
     "FlowSteps": (10, 3, 3),
     "BaseNoiseAmplitude": (0.1, 0.2, 0.2),
     "NumberOfProjections": (64, 7, 7),

@@ -16,6 +16,7 @@ from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet
 
 FIT = {"levels": 2, "icosphere_level": 1, "iterations": 8, "surface_samples": 200, "learning_rate": 0.02}
 SMALL = {
+    "objective": "adversarial",
     "iterations": 2,
     "layers": 3,
     "start_channels": 4,

@@ -50,6 +50,7 @@ MultiscaleDataset Bumps(int levels)
 GeometricTextureTrainingOptions TinyGeometricTexture()
 {
   GeometricTextureTrainingOptions options;
+  options.Objective = TextureObjective::Adversarial;
   options.Network.Layers = 4;
   options.Network.StartChannels = 4;
   options.Network.MinimumChannels = 4;

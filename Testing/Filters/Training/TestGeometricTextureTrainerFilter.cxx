@@ -86,6 +86,7 @@ vtkSmartPointer<vtkGeometricTextureTrainer> TrainerFor(const std::string& name, 
   }
   filter->SetModelFileName(name.c_str());
   filter->SetTextureName("dents");
+  filter->SetObjectiveToAdversarial();
   filter->SetIterationsPerLevel(Iterations);
   filter->SetStartChannels(8);
   filter->SetMinimumChannels(4);
@@ -98,6 +99,7 @@ vtkSmartPointer<vtkGeometricTextureTrainer> TrainerFor(const std::string& name, 
 GeometricTextureTrainingOptions SameOptions()
 {
   GeometricTextureTrainingOptions options;
+  options.Objective = TextureObjective::Adversarial;
   options.Name = "dents";
   options.IterationsPerLevel = Iterations;
   options.Network.StartChannels = 8;
@@ -407,7 +409,7 @@ TEST(GeometricTextureTrainerFilter, PropertiesAreClampedAndPrinted)
   filter->Print(text);
   for (const char* line :
     { "ModelFileName: \n", "CheckpointFileName: \n", "LossTableFileName: \n", "CheckpointInterval: 500", "Resume: 1",
-      "DatasetFileName: \n", "TextureName: texture", "Objective: 0", "FlowSteps: 10", "BaseNoiseAmplitude: 0.1", "NumberOfProjections: 64",
+      "DatasetFileName: \n", "TextureName: texture", "Objective: 2", "FlowSteps: 10", "BaseNoiseAmplitude: 0.1", "NumberOfProjections: 64",
       "IterationsPerLevel: 1", "DiscriminatorSteps: 2", "GeneratorSteps: 3", "LearningRate: 0.0005",
       "LearningRateInterval: 500", "LearningRateFactor: 1", "PenaltyWeight: 0.1", "PenaltyInterval: 1",
       "ReconstructionWeight: 5", "Layers: 3", "StartChannels: 32", "MinimumChannels: 32", "MaximumChannels: 128",

@@ -226,7 +226,8 @@ def train_geometric_texture(
     objective : str
         What the generators learn by: "adversarial", discriminators, as published; "sliced_wasserstein", the distance of
         geometric_texture_distance() of 1, 3 and 6 rings; "flow_matching", the velocity of a flow from noise to the
-        displacements of the reference, level by level, in models that do not reconstruct the reference. Default "adversarial".
+        displacements of the reference, level by level, in models that do not reconstruct the reference. Default
+        "flow_matching", which makes better textures in less time.
     flow_steps : int
         Steps of the flow at each level of a synthesis, from 1 to 1000, written into the model file. Default 10.
     base_noise_amplitude : float
@@ -264,7 +265,7 @@ def configured_trainer(
     dataset=None,
     texture_name="texture",
     iterations=2000,
-    objective="adversarial",
+    objective="flow_matching",
     flow_steps=10,
     base_noise_amplitude=0.1,
     projections=64,

@@ -88,10 +88,10 @@ def add(kinds):
     groups, options = add_training_options(parser, _NUMBERS)
     groups["training"].add_argument(
         "--objective",
-        default="adversarial",
+        default="flow_matching",
         choices=["adversarial", "sliced_wasserstein", "flow_matching"],
         metavar="OBJECTIVE",
-        help="what the generators learn by: adversarial (default, as published), sliced_wasserstein or flow_matching",
+        help="what the generators learn by: flow_matching (default), adversarial, as published, or sliced_wasserstein",
     )
     for name, former in _FORMER.items():
         add_former_option(parser, former, options[name])
