@@ -25,7 +25,7 @@ RECIPE = {"maximum_channels": 64, "checkpoint_interval": 50}
 #: That of flows, which see more of a surface and learn faster.
 FLOW_RECIPE = {**RECIPE, "learning_rate": 0.002, "learning_rate_interval": 0, "layers": 9}
 #: Iterations of each level: those of flows cost a sixth of the others.
-ITERATIONS, FLOW_ITERATIONS = 300, [300, 4000, 5000, 1000]
+ITERATIONS, FLOW_ITERATIONS = 300, [300, 3000, 3000, 500]
 
 
 def recipe_of(options):
@@ -47,11 +47,11 @@ def parsed(arguments):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("output", help="folder; made when it is not there")
     parser.add_argument("--only", nargs="+", choices=sorted(DISPLACEMENTS), default=sorted(DISPLACEMENTS))
-    parser.add_argument("--objective", choices=OBJECTIVES, default="adversarial",
-                        help="what it is learned by (default: adversarial, as published)")  # fmt: skip
+    parser.add_argument("--objective", choices=OBJECTIVES, default="flow_matching",
+                        help="what it is learned by (default: flow_matching; the published adversarial)")  # fmt: skip
     parser.add_argument("--iterations", type=iterations_of_levels, metavar="N[,N...]",
-                        help="of each level, or one number for each (default: 300, of flows 300,4000,5000,1000)")  # fmt: skip
-    parser.add_argument("--layers", type=int, metavar="N", help="of the networks (default: 7, of flows 9)")
+                        help="of each level, or one number for each (default: 300,3000,3000,500, of others 300 each)")  # fmt: skip
+    parser.add_argument("--layers", type=int, metavar="N", help="of the networks (default: 9, of others 7)")
     parser.add_argument("--surfaces", nargs="+", choices=["ball", *SURFACES], default=["ball"],
                         help="what the texture is learned from (default: ball)")  # fmt: skip
     parser.add_argument("--levels", type=int, default=4, help="of 320, 1280, ... triangles (default: 4)")

@@ -46,8 +46,9 @@ void Subdivide(TriangleMesh& mesh, std::initializer_list<Eigen::VectorXf*> value
 bool SameSynthesis(const GeometricTextureRequest& a, const GeometricTextureRequest& b)
 {
   return a.StartLevel == b.StartLevel && a.EndLevel == b.EndLevel && a.Seed == b.Seed && a.SecondSeed == b.SecondSeed &&
-    a.Interpolation == b.Interpolation && a.Stream == b.Stream && a.NoiseAmplitude == b.NoiseAmplitude && a.Restarts == b.Restarts &&
-    a.Statistics == b.Statistics && a.SecondModel == b.SecondModel && a.LevelsWithoutNoise == b.LevelsWithoutNoise;
+    a.Interpolation == b.Interpolation && a.Stream == b.Stream && a.NoiseAmplitude == b.NoiseAmplitude &&
+    a.Restarts == b.Restarts && a.Statistics == b.Statistics && a.SecondModel == b.SecondModel &&
+    a.LevelsWithoutNoise == b.LevelsWithoutNoise;
 }
 } // namespace
 

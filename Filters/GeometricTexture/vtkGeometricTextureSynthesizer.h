@@ -179,10 +179,10 @@ public:
 
   ///@{
   /**
-   * Restarts of a flow (Objective of vtkGeometricTextureTrainer) at each level, from 0 to 20, or -1 for 3. At the end of
-   * the flow the displacements are mixed with fresh noise as at half of its time, and go on from there again [Xu2023]: that
-   * mends errors of the first part, as features that are too close to each other. Each takes half of the time of the flow
-   * itself. Not used by other models. Default -1.
+   * Restarts of a flow at each level, from 0 to 20, or -1 for 3. At the end of the flow the displacements are mixed with
+   * fresh noise as at half of its time, and go on from there again [Xu2023]: that mends errors of the first part, as
+   * features that are too close to each other. Each takes half of the time of the flow itself. Not used by models that are
+   * no flows (Objective of vtkGeometricTextureTrainer). Default -1.
    */
   vtkSetClampMacro(NumberOfRestarts, int, -1, 20);
   vtkGetMacro(NumberOfRestarts, int);

@@ -117,7 +117,7 @@ public:
   ///@{
   /**
    * Of a flow, largest standard deviation of the noise that each coordinate of the level before gets in the training, in
-   * mean edge lengths of that level, from 0 to 1e6: in a synthesis that level is never quite the reference's (conditioning
+   * mean edge lengths of that level, at least 0: in a synthesis that level is never quite the reference's (conditioning
    * augmentation [Ho2022]). Default 0.1.
    */
   vtkSetClampMacro(BaseNoiseAmplitude, double, 0.0, 1e6);

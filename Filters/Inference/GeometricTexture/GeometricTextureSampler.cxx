@@ -257,8 +257,8 @@ GeometricTextureLevel GeometricTextureSampler::Synthesize(const TriangleMesh& me
     synthesis.SetBlend(*request.SecondModel, request.Blend);
     secondNoise = NoiseOf(request, request.SecondModel->Options);
   }
-  return SynthesizeLevels(std::move(synthesis), levels, NoiseOf(request, this->Model->Options), observe,
-    progress, {}, secondNoise);
+  return SynthesizeLevels(
+    std::move(synthesis), levels, NoiseOf(request, this->Model->Options), observe, progress, {}, secondNoise);
 }
 
 GeometricTextureLevel GeometricTextureSampler::Generate(

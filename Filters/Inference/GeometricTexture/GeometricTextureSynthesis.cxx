@@ -101,8 +101,7 @@ PointMatrix GeometricTextureSynthesis::LocalOffset(const FaceNetwork& network, c
   return MeanCornerDisplacement(points, this->Base.Triangles, this->Local).cast<double>();
 }
 
-FaceNetwork GeometricTextureSynthesis::NetworkOf(
-  const GeometricTextureModel& model, int level, std::int64_t step) const
+FaceNetwork GeometricTextureSynthesis::NetworkOf(const GeometricTextureModel& model, int level, std::int64_t step) const
 {
   static const std::map<std::string, ModelTensor> none;
   const bool byReference = this->Statistics == NormStatistics::Reference;
@@ -145,8 +144,8 @@ PointMatrix GeometricTextureSynthesis::FlowOffset(const GeometricTextureModel& m
 }
 
 /// Computes the displacement of the vertices by a level of a model, [V, 3], in units of the level.
-PointMatrix GeometricTextureSynthesis::OffsetBy(const GeometricTextureModel& model, int level,
-  const LevelNoise& noise, const Progress& progress, NetworkStatistics* found)
+PointMatrix GeometricTextureSynthesis::OffsetBy(const GeometricTextureModel& model, int level, const LevelNoise& noise,
+  const Progress& progress, NetworkStatistics* found)
 {
   PointMatrix offset = model.Options.FlowSteps > 0
     ? this->FlowOffset(model, level, noise, progress, found)
@@ -159,8 +158,8 @@ PointMatrix GeometricTextureSynthesis::OffsetBy(const GeometricTextureModel& mod
   return offset;
 }
 
-void GeometricTextureSynthesis::Displace(int level, const LevelNoise& noise, const Progress& progress,
-  NetworkStatistics* found, const LevelNoise& secondNoise)
+void GeometricTextureSynthesis::Displace(
+  int level, const LevelNoise& noise, const Progress& progress, NetworkStatistics* found, const LevelNoise& secondNoise)
 {
   this->LastOffset = this->OffsetBy(
     this->Model, level, noise, SubProgress(progress, 0.0, this->SecondModel ? 0.5 : 1.0), found);

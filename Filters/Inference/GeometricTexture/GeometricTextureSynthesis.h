@@ -69,8 +69,8 @@ public:
 private:
   /// The mask fades the result alone, so that no network sees it.
   bool FadesResult() const { return this->Mask.size() > 0 && this->Statistics == NormStatistics::Reference; }
-  PointMatrix OffsetBy(const GeometricTextureModel& model, int level, const LevelNoise& noise,
-    const Progress& progress, NetworkStatistics* found);
+  PointMatrix OffsetBy(const GeometricTextureModel& model, int level, const LevelNoise& noise, const Progress& progress,
+    NetworkStatistics* found);
   PointMatrix FlowOffset(const GeometricTextureModel& model, int level, const LevelNoise& noise,
     const Progress& progress, NetworkStatistics* found);
   FaceNetwork NetworkOf(const GeometricTextureModel& model, int level, std::int64_t step) const;
@@ -82,9 +82,9 @@ private:
   Eigen::VectorXf Blend; ///< [V], share of the second model
   Eigen::VectorXf Sizes; ///< [V], local unit over the unit of the level; empty for 1
   GeometricTextureFrame Frame;
-  double Doubling = 1.0;  ///< 2 to the number of refinements
-  TriangleMesh Base;      ///< without any displacement, in the caller's units: exact where nothing moves
-  PointMatrix Offset;     ///< [V, 3], all displacements so far, in units of the level; without the mask if FadesResult()
+  double Doubling = 1.0; ///< 2 to the number of refinements
+  TriangleMesh Base;     ///< without any displacement, in the caller's units: exact where nothing moves
+  PointMatrix Offset;    ///< [V, 3], all displacements so far, in units of the level; without the mask if FadesResult()
   PointMatrix LastOffset; ///< [V, 3], displacement of the last Displace(), as Offset
   SinglePoints Local;
   Eigen::VectorXf Mask;

@@ -313,8 +313,10 @@ public:
     CommandOptions known = this->SharedOptions(o);
     known["--iterations"] = { "iterations of each level, or one number for each, with commas between (2000)",
       [&o](const std::string& value) { SetIterations(value, o); } };
-    known["--objective"] = { "adversarial, sliced_wasserstein or flow_matching: what generators learn by (flow_matching)",
-      [&o](const std::string& value) { o.Objective = Choose("--objective", value, Objectives); } };
+    known["--objective"] = {
+      "adversarial, sliced_wasserstein or flow_matching: what generators learn by (flow_matching)",
+      [&o](const std::string& value) { o.Objective = Choose("--objective", value, Objectives); }
+    };
     AddNumber(known, "--flow-steps", o.FlowSteps, "of a flow at each level in a synthesis");
     AddNumber(known, "--base-noise-amplitude", o.BaseNoiseAmplitude,
       "of a flow: largest noise of the level before, in its mean edge lengths");

@@ -30,10 +30,11 @@ enum class TextureObjective
 /// matching makes better textures in less time.
 struct GeometricTextureTrainingOptions : ModelTrainingOptions
 {
-  GeometricTextureOptions Network;                            ///< but for Levels: there are as many as in the dataset
-  std::string Name = "texture";                               ///< of the model, for people; not empty
-  TextureObjective Objective = TextureObjective::FlowMatching; ///< what the generators learn by; the paper's Adversarial
-  std::int64_t FlowSteps = 10;                                ///< of the flow at each level in a synthesis, 1 to 1000
+  GeometricTextureOptions Network; ///< but for Levels: there are as many as in the dataset
+  std::string Name = "texture";    ///< of the model, for people; not empty
+  TextureObjective Objective =
+    TextureObjective::FlowMatching; ///< what the generators learn by; the paper's Adversarial
+  std::int64_t FlowSteps = 10;      ///< of the flow at each level in a synthesis, 1 to 1000
   /// Of a flow: largest standard deviation of noise on each coordinate of the level before, in its mean edge lengths; >= 0
   double BaseNoiseAmplitude = 0.1;
   std::int64_t Projections = 64;          ///< directions of the sliced Wasserstein distance in a step, 1 to 10000

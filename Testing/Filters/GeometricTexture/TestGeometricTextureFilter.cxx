@@ -621,11 +621,11 @@ TEST(GeometricTextureFilter, PrintsEveryProperty)
   std::ostringstream text;
   filter->Print(text);
   for (const char* line : { "ModelFileName: print.model", "StartLevel: 0", "EndLevel: -1", "Seed: 0", "SecondSeed: 1",
-         "Interpolation: 0", "NoiseAmplitude: -1", "NumberOfRestarts: -1", "NormStatistics: 0", "LevelsWithoutNoise: \n",
-         "TargetPreparation: 0", "TextureScale: 1", "MaskArrayName: \n", "MaskFalloff: 0", "RandomFromLevel: 0",
-         "OutputLevels: 0", "Animation: 0", "DisplacementArrayName: Displacement", "LevelArrayName: Level",
-         "ModelDescription: \"pebbles\": 2 levels of 4 convolutions", "NumberOfModelLoads: 1", "NumberOfSyntheses: 1",
-         "NumberOfRemeshings: 0" })
+         "Interpolation: 0", "NoiseAmplitude: -1", "NumberOfRestarts: -1", "NormStatistics: 0",
+         "LevelsWithoutNoise: \n", "TargetPreparation: 0", "TextureScale: 1", "MaskArrayName: \n", "MaskFalloff: 0",
+         "RandomFromLevel: 0", "OutputLevels: 0", "Animation: 0", "DisplacementArrayName: Displacement",
+         "LevelArrayName: Level", "ModelDescription: \"pebbles\": 2 levels of 4 convolutions", "NumberOfModelLoads: 1",
+         "NumberOfSyntheses: 1", "NumberOfRemeshings: 0" })
   {
     EXPECT_THAT(text.str(), HasSubstr(line));
   }

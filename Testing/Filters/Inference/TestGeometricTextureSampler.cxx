@@ -474,7 +474,9 @@ TEST(GeometricTextureSampler, AFlowHasStatisticsOfEachStep)
     GeometricTextureRequest request;
     request.Statistics = statistics;
     request.Restarts = 0;
-    return GeometricTextureSampler(std::make_shared<const GeometricTextureModel>(model)).Generate(0, request).Mesh.Points;
+    return GeometricTextureSampler(std::make_shared<const GeometricTextureModel>(model))
+      .Generate(0, request)
+      .Mesh.Points;
   };
   const PointMatrix own = generated(NormStatistics::Target);
   const double unit = MeanEdgeLength(model.Template, MeshTopology(model.Template));

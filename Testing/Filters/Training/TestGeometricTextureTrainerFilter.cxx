@@ -407,13 +407,13 @@ TEST(GeometricTextureTrainerFilter, PropertiesAreClampedAndPrinted)
   EXPECT_EQ(filter->GetMTime(), before);
   std::ostringstream text;
   filter->Print(text);
-  for (const char* line :
-    { "ModelFileName: \n", "CheckpointFileName: \n", "LossTableFileName: \n", "CheckpointInterval: 500", "Resume: 1",
-      "DatasetFileName: \n", "TextureName: texture", "Objective: 2", "FlowSteps: 10", "BaseNoiseAmplitude: 0.1", "NumberOfProjections: 64",
-      "IterationsPerLevel: 1", "DiscriminatorSteps: 2", "GeneratorSteps: 3", "LearningRate: 0.0005",
-      "LearningRateInterval: 500", "LearningRateFactor: 1", "PenaltyWeight: 0.1", "PenaltyInterval: 1",
-      "ReconstructionWeight: 5", "Layers: 3", "StartChannels: 32", "MinimumChannels: 32", "MaximumChannels: 128",
-      "NoiseAmplitude: 0.1", "Seed: 0", "Device: 2", "NumberOfIterationsDone: 0", "DeviceInUse: \n" })
+  for (const char* line : { "ModelFileName: \n", "CheckpointFileName: \n", "LossTableFileName: \n",
+         "CheckpointInterval: 500", "Resume: 1", "DatasetFileName: \n", "TextureName: texture", "Objective: 2",
+         "FlowSteps: 10", "BaseNoiseAmplitude: 0.1", "NumberOfProjections: 64", "IterationsPerLevel: 1",
+         "DiscriminatorSteps: 2", "GeneratorSteps: 3", "LearningRate: 0.0005", "LearningRateInterval: 500",
+         "LearningRateFactor: 1", "PenaltyWeight: 0.1", "PenaltyInterval: 1", "ReconstructionWeight: 5", "Layers: 3",
+         "StartChannels: 32", "MinimumChannels: 32", "MaximumChannels: 128", "NoiseAmplitude: 0.1", "Seed: 0",
+         "Device: 2", "NumberOfIterationsDone: 0", "DeviceInUse: \n" })
   {
     EXPECT_THAT(text.str(), HasSubstr(line));
   }
