@@ -196,7 +196,7 @@ def neighborhoods_on(target, pair, model, seeds, norm_statistics="target"):
 def neighborhoods(options):
     print("| texture | target |" + "".join(f" {rings} ring{'s'[: rings > 1]} |" for rings in RINGS))
     print("|---|---|" + "---:|" * len(RINGS))
-    for texture in TEXTURES:
+    for texture in options.textures:
         balls = [reference_levels(texture, seed=seed) for seed in (1, 2)]
         pair = [(levels[-1], mean_edge(levels[0]) / 2 ** (LEVELS - 1)) for levels in balls]
         for name in TARGETS:

@@ -94,10 +94,10 @@ public:
    * What the generators learn by. With SLICED_WASSERSTEIN the distance of vtkGeometricTextureDistance of 1, 3 and 6
    * rings, in as many random directions as NumberOfProjections, takes the place of the discriminator. With
    * FLOW_MATCHING each level learns from the reference alone to turn noise into its displacements, in FlowSteps
-   * evaluations of the network at each level of a synthesis; such models do not reconstruct the reference. With both there is no discriminator and no penalty, and ReconstructionWeight is not used by a
-   * flow; DiscriminatorSteps still numbers the random draws, so that other numbers give other models. Default
-   * FLOW_MATCHING, which makes better textures in less time; ADVERSARIAL is the published recipe, which other properties
-   * default to.
+   * evaluations of the network at each level of a synthesis; such models do not reconstruct the reference. With both
+   * there is no discriminator and no penalty, and ReconstructionWeight is not used by a flow; DiscriminatorSteps still
+   * numbers the random draws, so that other numbers give other models. Default FLOW_MATCHING, which makes better
+   * textures in less time; ADVERSARIAL is the published recipe, which other properties default to.
    */
   vtkSetClampMacro(Objective, int, ADVERSARIAL, FLOW_MATCHING);
   vtkGetMacro(Objective, int);

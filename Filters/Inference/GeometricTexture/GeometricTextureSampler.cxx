@@ -27,7 +27,7 @@ using StatisticsObserver = std::function<void(int level, const NetworkStatistics
   throw InvalidInput("GeometricTextureSampler: " + found + "; expected " + expected + ".");
 }
 
-/// Restarts where a request does not say how many: more change little.
+/// Restarts where a request does not say how many: they make most of the difference (Examples/Training/README.md).
 constexpr int SuitableRestarts = 3;
 constexpr int MaximumRestarts = 20;
 

@@ -62,10 +62,10 @@ void CheckOptions(const GeometricTextureTrainingOptions& options);
 /// @throws InvalidInput when IterationsOfLevels is neither empty nor of that length.
 std::vector<std::int64_t> IterationsOfEachLevel(const GeometricTextureTrainingOptions& options, std::size_t levels);
 
-/// Trains a texture from one mesh at several scales, or several such references: level by level, a generator that displaces
-/// the vertices of a mesh. With TextureObjective::Adversarial (sections 3 and 4) it learns against a discriminator that looks
-/// at features of triangles, a Wasserstein GAN with gradient penalty. Levels below the one that is trained stay as they are. A level whose channels
-/// are those of the level before begins with its weights.
+/// Trains a texture from one mesh at several scales, or several such references: level by level, a generator that
+/// displaces the vertices of a mesh. With TextureObjective::Adversarial (sections 3 and 4) it learns against a
+/// discriminator that looks at features of triangles, a Wasserstein GAN with gradient penalty. Levels below the one
+/// that is trained stay as they are. A level whose channels are those of the level before begins with its weights.
 ///
 /// With TextureObjective::SlicedWasserstein there is no discriminator: the distance of the features of the generated mesh
 /// from those of the reference (CompareGeometricTextures(), 1, 3 and 6 rings, in as many random directions as
