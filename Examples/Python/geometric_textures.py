@@ -100,7 +100,7 @@ def textures(options):
             genus, _, direction = TARGETS[name]
             output, seconds = synthesized(target, shown_model_of(options, texture), start_level=START, seed=options.seed)
             print(f"{texture} on {name}, {faces(target)} to {faces(output)}: {seconds:.1f} s", flush=True)
-            title = f"{name}, genus {genus}\n{faces(output)}, {seconds:.1f} s"
+            title = f"{name}, genus {genus}\n{faces(output)}"
             sheet.add(row, column, title, output, rendering.view_of(target, aspect, direction, margin=1.2))
             surfacesynthesis.write_mesh(output, os.path.join(options.output, f"texture_{texture}_{name}.vtp"))
     sheet.write(os.path.join(options.output, "textures.png"), options.colors)
