@@ -245,12 +245,12 @@ def piece_features(texture, reference, level=LEVELS - 1):
     return surfacesynthesis.geometric_texture_features(piece, bare, reference)
 
 
-def features_on(target, model, seed, reference=None, norm_statistics="target", level=LEVELS - 1):
+def features_on(target, model, seed, reference=None, norm_statistics="target", level=LEVELS - 1, restarts=None):
     """Features of a level of a synthesized texture. In place of a model: the surface that it was learned from, an example."""
     bare = bare_levels(target, level - START + 1)[-1]
     if isinstance(model, str):
         how = {"start_level": START, "end_level": level, "seed": seed, "norm_statistics": norm_statistics}
-        output, _ = synthesized(target, model, **how)
+        output, _ = synthesized(target, model, restarts=restarts, **how)
     else:
         how = {"plain_example": unit_ball(level), "subdivisions": level - START, "seed": seed}
         output = surfacesynthesis.geometric_texture_from_example(target, model, **how)
@@ -275,6 +275,7 @@ def features(options):
             target = shape(name, 2500)
             seeds = range(options.seed, options.seed + 5)
             how = {"reference": reference, "norm_statistics": options.norm_statistics, "level": level}
+            how["restarts"] = options.restarts
             rows[name] = [features_on(target, source, seed, **how) for seed in seeds]
         for name, found in rows.items():
             print(f"| {texture} | {name} | {row_of(found)} |", flush=True)
@@ -487,6 +488,7 @@ def main():
     parser.add_argument("--seed", type=int, default=1, help="default: 1")
     parser.add_argument("--norm-statistics", choices=["target", "reference"], default="target", help="of the two tables")
     levels = range(START, LEVELS)
+    parser.add_argument("--restarts", type=int, metavar="N", help="of flows, in the features (default: 3)")
     parser.add_argument("--flows", action="store_true", help="models that have learned by flow matching, flow_NAME")
     parser.add_argument("--from-example", action="store_true", help="features without a model, from the reference itself")
     parser.add_argument("--level", type=int, choices=levels, default=LEVELS - 1, help="of the features (default: the finest)")

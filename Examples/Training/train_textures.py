@@ -32,7 +32,8 @@ def recipe_of(options):
     """The parameters of train_geometric_texture()."""
     if options.objective == "flow_matching":
         layers = {"layers": options.layers} if options.layers else {}
-        return {"iterations": options.iterations or FLOW_ITERATIONS, **FLOW_RECIPE, **layers}
+        own = {"iterations": options.iterations or FLOW_ITERATIONS, "base_noise_amplitude": options.base_noise_amplitude}
+        return {**FLOW_RECIPE, **own, **layers}
     iterations = options.iterations or ITERATIONS
     one = isinstance(iterations, int)
     interval = max(1, 3 * iterations // 8) if one else 0
@@ -52,6 +53,8 @@ def parsed(arguments):
     parser.add_argument("--iterations", type=iterations_of_levels, metavar="N[,N...]",
                         help="of each level, or one number for each (default: 300,3000,3000,500, of others 300 each)")  # fmt: skip
     parser.add_argument("--layers", type=int, metavar="N", help="of the networks (default: 9, of others 7)")
+    parser.add_argument("--base-noise-amplitude", type=float, default=0.1, metavar="A",
+                        help="of flows, largest noise of the level before, in its mean edge lengths (default: 0.1)")  # fmt: skip
     parser.add_argument("--surfaces", nargs="+", choices=["ball", *SURFACES], default=["ball"],
                         help="what the texture is learned from (default: ball)")  # fmt: skip
     parser.add_argument("--levels", type=int, default=4, help="of 320, 1280, ... triangles (default: 4)")

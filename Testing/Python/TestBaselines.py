@@ -163,9 +163,13 @@ def flow_trainer(folder):
 def texture_trainer(folder):
     levels = surfacesynthesis.fit_levels(surface(), levels=2, icosphere_level=1, iterations=0).levels
     losses = surfacesynthesis.train_geometric_texture(
-        levels, model=os.path.join(folder, "texture.safetensors"), iterations=1, start_channels=8, minimum_channels=8,
+        levels,
+        model=os.path.join(folder, "texture.safetensors"),
         objective="adversarial",
-    )  # fmt: skip
+        iterations=1,
+        start_channels=8,
+        minimum_channels=8,
+    )
     return {name: losses[name] for name in ("critic_loss", "gradient_penalty")}, None, 1e-3
 
 

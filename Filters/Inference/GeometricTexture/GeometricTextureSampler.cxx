@@ -119,7 +119,8 @@ void CheckRequest(const GeometricTextureModel& model, const GeometricTextureRequ
   }
   if (request.Restarts > MaximumRestarts)
   {
-    RefuseSample("there are " + std::to_string(request.Restarts) + " restarts", "at most 20");
+    RefuseSample(
+      "there are " + std::to_string(request.Restarts) + " restarts", "at most " + std::to_string(MaximumRestarts));
   }
   if (request.Mask.size() > 0)
   {
