@@ -97,8 +97,10 @@ EdgeFeatureMatrix ComputeEdgeFeatures(
       for (int edge = 0; edge < 3; ++edge)
       {
         const Eigen::RowVector3d x = frames.Along(edge);
-        const Eigen::RowVector3d beyond = points.row(neighbors.Opposite(f, edge)).cast<double>() -
-          0.5 * (frames.Corner[edge] + frames.Corner[(edge + 1) % 3]);
+        const double side = neighbors.Faces(f, edge) == f ? -1.0 : 1.0; // half a turn beyond a boundary
+        const Eigen::RowVector3d beyond = side *
+          (points.row(neighbors.Opposite(f, edge)).cast<double>() -
+            0.5 * (frames.Corner[edge] + frames.Corner[(edge + 1) % 3]));
         float* out = features.row(f).data() + 4 * edge;
         out[0] = static_cast<float>(beyond.dot(x));
         out[1] = static_cast<float>(beyond.dot(frames.Outward(x)));

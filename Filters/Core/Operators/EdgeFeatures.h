@@ -12,20 +12,19 @@ namespace surfsynth
 {
 
 /// The triangles across the edges of each triangle. Edge i of a triangle runs from its corner i to corner (i + 1) % 3.
-/// The neighbour across a boundary edge is the triangle itself, and the opposite vertex is its own.
+/// The neighbor across a boundary edge is the triangle itself, and the opposite vertex is its own.
 struct FaceNeighbors
 {
   TriangleMatrix Faces;    ///< [F, 3], the triangle across each edge
   TriangleMatrix Opposite; ///< [F, 3], the vertex of that triangle which is not on the edge
 };
 
-/// Finds the neighbours of all triangles.
+/// Finds the neighbors of all triangles.
 /// @param mesh with manifold edges; any vertex degree, open or closed. O(F), parallel.
 /// @throws InvalidInput when an edge has three triangles or more, an id is out of range or a triangle uses a vertex
 /// twice.
 FaceNeighbors ComputeFaceNeighbors(const TriangleMesh& mesh);
-/// Finds the neighbours of all triangles of a mesh with tables. Same errors.
-/// Finds the neighbours of all triangles of a mesh with tables. Same errors.
+/// Finds the neighbors of all triangles of a mesh with tables. Same errors.
 /// @param topology the tables of @p mesh
 FaceNeighbors ComputeFaceNeighbors(const TriangleMesh& mesh, const MeshTopology& topology);
 
@@ -51,7 +50,8 @@ using EdgeFeatureMatrix = Eigen::Matrix<float, Eigen::Dynamic, 12, Eigen::RowMaj
 
 /// Computes the edge features of a mesh. The frame of edge i has its origin at the midpoint, x along the edge, n the
 /// face's unit normal (v1 - v0) x (v2 - v1), and y = x cross n, which points out of the triangle. Unit vectors of
-/// triangles without area are zero (nothing is divided by 0).
+/// triangles without area are zero (nothing is divided by 0). Beyond a boundary edge the opposite vertex is that of the
+/// triangle itself, turned by half a turn around the midpoint of the edge: the surface goes on flat.
 EdgeFeatureMatrix ComputeEdgeFeatures(
   const SinglePoints& points, const TriangleMatrix& triangles, const FaceNeighbors& neighbors);
 

@@ -57,6 +57,8 @@ FaceTables::FaceTables(const TriangleMesh& mesh, const torch::TensorOptions& opt
   this->Triangles = IdTensor(mesh.Triangles, options.device());
   this->Neighbors = IdTensor(neighbors.Faces, options.device());
   this->Opposite = IdTensor(neighbors.Opposite, options.device());
+  const torch::Tensor own = torch::arange(this->Triangles.size(0), this->Neighbors.options()).unsqueeze(-1);
+  this->Sides = (1 - 2 * this->Neighbors.eq(own).to(options)).unsqueeze(-1);
   const torch::Tensor counts = torch::bincount(this->Triangles.flatten(), {}, this->Vertices);
   this->Corners = counts.clamp_min(1).unsqueeze(-1).to(options);
   this->OfNeighbors = std::make_shared<const FaceSelection>(SelectNeighbors(neighbors.Faces));
@@ -82,7 +84,7 @@ torch::Tensor EdgeFeatureTensor(const FaceTables& tables, const torch::Tensor& p
     return FusedEdgeFeatures(tables, positions);
   }
   const EdgeFrameTensors frames = FramesOf(tables, positions);
-  const torch::Tensor beyond = TakeRows(positions, tables.Opposite) - frames.Midpoint;
+  const torch::Tensor beyond = tables.Sides * (TakeRows(positions, tables.Opposite) - frames.Midpoint);
   const auto coordinate = [&beyond](const torch::Tensor& axis) { return (beyond * axis).sum(-1, true); };
   return torch::cat(
     { coordinate(frames.Along), coordinate(frames.Outward), coordinate(frames.Normal), frames.Length }, -1)

@@ -138,15 +138,16 @@ class EdgeFeatureStep : public torch::autograd::Function<EdgeFeatureStep>
 {
 public:
   static torch::Tensor forward(AutogradContext* context, const torch::Tensor& positions, const torch::Tensor& triangles,
-    const torch::Tensor& opposite)
+    const torch::Tensor& opposite, const torch::Tensor& sides)
   {
     const torch::Tensor points = positions.contiguous();
-    context->save_for_backward({ points, triangles, opposite });
+    context->save_for_backward({ points, triangles, opposite, sides });
     const std::int64_t faces = triangles.size(0);
     const torch::Tensor features = torch::empty({ faces, 12 }, torch::kFloat32);
     const float* const at = points.data_ptr<float>();
     const std::int64_t* const corners = triangles.data_ptr<std::int64_t>();
     const std::int64_t* const beyond = opposite.data_ptr<std::int64_t>();
+    const float* const side = sides.data_ptr<float>();
     float* const to = features.data_ptr<float>();
     ForTriangles(faces, [=](std::int64_t begin, std::int64_t end) {
       for (std::int64_t f = begin; f < end; ++f)
@@ -155,7 +156,8 @@ public:
         float* out = to + 12 * f;
         for (std::size_t k = 0; k < 3; ++k, out += 4)
         {
-          const Vector offset = VectorAt(at + 3 * beyond[3 * f + static_cast<std::int64_t>(k)]) - frames.Midpoint(k);
+          const std::int64_t edge = 3 * f + static_cast<std::int64_t>(k);
+          const Vector offset = side[edge] * (VectorAt(at + 3 * beyond[edge]) - frames.Midpoint(k));
           out[0] = offset.dot(frames.Along[k].Unit);
           out[1] = offset.dot(frames.Outward(k));
           out[2] = offset.dot(frames.Normal.Unit);
@@ -177,13 +179,14 @@ public:
     const float* const at = saved[0].data_ptr<float>();
     const std::int64_t* const corners = saved[1].data_ptr<std::int64_t>();
     const std::int64_t* const beyond = saved[2].data_ptr<std::int64_t>();
+    const float* const side = saved[3].data_ptr<float>();
     const float* const from = gradient.data_ptr<float>();
     float* const toCorners = byCorners.data_ptr<float>();
     float* const toOpposite = byOpposite.data_ptr<float>();
     ForTriangles(faces, [=](std::int64_t begin, std::int64_t end) {
       for (std::int64_t f = begin; f < end; ++f)
       {
-        const FrameDerivatives out = OfTriangle(at, corners + 3 * f, beyond + 3 * f, from + 12 * f);
+        const FrameDerivatives out = OfTriangle(at, corners + 3 * f, beyond + 3 * f, side + 3 * f, from + 12 * f);
         Store(out.Corner, toCorners + 9 * f);
         Store(out.Opposite, toOpposite + 9 * f);
       }
@@ -191,20 +194,20 @@ public:
     torch::Tensor byPositions = torch::zeros_like(saved[0]);
     AddToVertices(byCorners, saved[1], byPositions);
     AddToVertices(byOpposite, saved[2], byPositions);
-    return { byPositions, {}, {} };
+    return { byPositions, {}, {}, {} };
   }
 
 private:
-  static FrameDerivatives OfTriangle(
-    const float* positions, const std::int64_t* triangle, const std::int64_t* opposite, const float* gradient)
+  static FrameDerivatives OfTriangle(const float* positions, const std::int64_t* triangle, const std::int64_t* opposite,
+    const float* side, const float* gradient)
   {
     const TriangleFrames frames(positions, triangle);
     FrameDerivatives out;
     for (std::size_t k = 0; k < 3; ++k, gradient += 4)
     {
-      const Vector offset = VectorAt(positions + 3 * opposite[k]) - frames.Midpoint(k);
-      const Vector byOffset = gradient[0] * frames.Along[k].Unit + gradient[1] * frames.Outward(k) +
-        gradient[2] * frames.Normal.Unit;
+      const Vector offset = side[k] * (VectorAt(positions + 3 * opposite[k]) - frames.Midpoint(k));
+      const Vector byOffset = side[k] *
+        (gradient[0] * frames.Along[k].Unit + gradient[1] * frames.Outward(k) + gradient[2] * frames.Normal.Unit);
       out.Opposite[k] = byOffset;
       out.Corner[k] -= 0.5F * byOffset;
       out.Corner[(k + 1) % 3] -= 0.5F * byOffset;
@@ -302,7 +305,7 @@ private:
 
 torch::Tensor FusedEdgeFeatures(const FaceTables& tables, const torch::Tensor& positions)
 {
-  return EdgeFeatureStep::apply(positions, tables.Triangles, tables.Opposite);
+  return EdgeFeatureStep::apply(positions, tables.Triangles, tables.Opposite, tables.Sides);
 }
 
 torch::Tensor FusedCornerDisplacement(

@@ -57,15 +57,15 @@ TEST(EdgeFeatures, OfAPairAreAsByHand)
   const float half = std::sqrt(0.5F);
   Eigen::Matrix<float, 1, 12> expected;
   // Edge 0: the corner beyond, from the midpoint (1, 0, 0): (0, -1, 1), along x, -y (outward) and z.
-  // Edge 1: its own corner (0,0,0) from (1, 1, 0), along (-1,1,0) and (1,1,0) over sqrt 2.
-  // Edge 2: its own corner (2,0,0) from (0, 1, 0), along -y and -x.
-  expected << 0, 1, 1, 2, 0, -2 * half, 0, 4 * half, 1, -2, 0, 2;
+  // Edge 1: its own corner (0,0,0), turned around (1, 1, 0) to (2, 2, 0), along (-1,1,0) and (1,1,0) over sqrt 2.
+  // Edge 2: its own corner (2,0,0), turned around (0, 1, 0) to (-2, 2, 0), along -y and -x.
+  expected << 0, 1, 1, 2, 0, 2 * half, 0, 4 * half, -1, 2, 0, 2;
   EXPECT_LE((features.row(0) - expected).cwiseAbs().maxCoeff(), 1e-6F) << features.row(0);
 }
 
 TEST(EdgeFeatures, OfRegularNeighborsInAPlaneAreTheHeight)
 {
-  // Two equilateral triangles of side 1: the corner beyond lies above the midpoint at the height.
+  // Two equilateral triangles of side 1: the corner beyond lies above the midpoint at the height, beyond boundaries too.
   TriangleMesh rhombus;
   rhombus.Points.resize(4, 3);
   rhombus.Points << 0, 0, 0, 1, 0, 0, 0.5, std::sqrt(0.75), 0, 0.5, -std::sqrt(0.75), 0;
@@ -74,10 +74,13 @@ TEST(EdgeFeatures, OfRegularNeighborsInAPlaneAreTheHeight)
   const EdgeFeatureMatrix features = Features(rhombus);
   for (int f = 0; f < 2; ++f)
   {
-    EXPECT_NEAR(features(f, 0), 0.0F, 1e-6F);
-    EXPECT_NEAR(features(f, 1), std::sqrt(0.75F), 1e-6F);
-    EXPECT_NEAR(features(f, 2), 0.0F, 1e-6F);
-    EXPECT_NEAR(features(f, 3), 1.0F, 1e-6F);
+    for (int k = 0; k < 12; k += 4)
+    {
+      EXPECT_NEAR(features(f, k), 0.0F, 1e-6F);
+      EXPECT_NEAR(features(f, k + 1), std::sqrt(0.75F), 1e-6F);
+      EXPECT_NEAR(features(f, k + 2), 0.0F, 1e-6F);
+      EXPECT_NEAR(features(f, k + 3), 1.0F, 1e-6F);
+    }
   }
 }
 

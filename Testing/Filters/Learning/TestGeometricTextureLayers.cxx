@@ -242,6 +242,31 @@ TEST(GeometricTextureLayers, FeaturesAndDisplacementsAreTheCores)
   }
 }
 
+TEST(GeometricTextureLayers, FeaturesOfOpenSurfacesAreTheCoresAndSoAreTheirFusedDerivatives)
+{
+  const TriangleMesh mesh = test::PlanePatch(5, 4, 5.0, 4.0, 0.3);
+  const EdgeFeatureMatrix expected = ComputeEdgeFeatures(
+    mesh.Points.cast<float>(), mesh.Triangles, ComputeFaceNeighbors(mesh));
+  const torch::Tensor weights = Numbers({ mesh.Triangles.rows(), 12 }, 1);
+  std::vector<torch::Tensor> gradients;
+  for (const auto type : { torch::kFloat64, torch::kFloat32 }) // the second is fused
+  {
+    const torch::Tensor points = PointsOf(mesh).to(type).requires_grad_();
+    const torch::Tensor features = EdgeFeatureTensor(FaceTables(mesh, type), points);
+    const torch::Tensor found = features.detach().to(torch::kFloat32).contiguous();
+    for (std::int64_t k = 0; k < found.numel(); ++k)
+    {
+      EXPECT_NEAR(found.data_ptr<float>()[k], expected.data()[k], 1e-5);
+    }
+    gradients.push_back(
+      torch::autograd::grad({ (features * weights.to(type)).sum() }, { points })[0].to(torch::kFloat64));
+  }
+  EXPECT_TRUE(torch::allclose(gradients[0], gradients[1], 1e-4, 1e-4));
+  const FaceTables tables(mesh, torch::kFloat64);
+  ExpectGradient(
+    [&](const torch::Tensor& x) { return (EdgeFeatureTensor(tables, x) * weights).sum(); }, PointsOf(mesh));
+}
+
 TEST(GeometricTextureLayers, SubdivisionDoublesTheCoresPoints)
 {
   const TriangleMesh mesh = TextureSurface();
