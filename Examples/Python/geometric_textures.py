@@ -111,7 +111,7 @@ def samples(options):
     sheet = rendering.Sheet(len(TEXTURES), len(seeds), SIZE)
     for row, texture in enumerate(TEXTURES):
         for column, seed in enumerate(seeds):
-            output, _ = synthesized(None, model_of(options, texture), seed=seed)
+            output, _ = synthesized(None, shown_model_of(options, texture), seed=seed)
             view = rendering.view_of(output, SIZE[0] / SIZE[1], BALL)
             sheet.add(row, column, f"{texture}, seed {seed}", output, view)
     sheet.write(os.path.join(options.output, "texture_samples.png"), options.colors)
@@ -119,7 +119,7 @@ def samples(options):
 
 def scales(options):
     """Figures 9 and 6 of the paper in kind."""
-    model = model_of(options, "spikes")
+    model = shown_model_of(options, "spikes")
     knot = surface(None, "knot1.off")
     view = rendering.view_of(knot, SIZE[0] / SIZE[1], TARGETS["knot1"][2], margin=1.25)
     sheet = rendering.Sheet(2, 4, SIZE)
@@ -259,17 +259,17 @@ def features_on(target, model, seed, reference=None, norm_statistics="target", l
 
 def features(options):
     """A row for the reference, for five other balls, and for each shape, with means over five seeds."""
-    print("| texture | surface | peaks in an area | variation of heights | merged | walls in an area | intersections |")
-    print("|---|---|---:|---:|---:|---:|---:|")
+    names = "peaks in an area", "variation of heights", "of whole ones", "merged", "of whole ones", "walls in an area", "intersections"
+    print(f"| texture | surface | {' | '.join(names)} |")
+    print("|---|---|" + "---:|" * len(names))
     level = options.level
     for texture in options.textures:
         reference = reference_features(texture, level=level)
         rows = {
             "reference": [reference_features(texture, reference=reference, level=level)],
             "other balls": [reference_features(texture, seed, reference, level) for seed in range(2, 7)],
+            "piece of the reference": [piece_features(texture, reference, level)],
         }
-        if options.from_example:
-            rows["piece of the reference"] = [piece_features(texture, reference, level)]
         source = reference_levels(texture)[level] if options.from_example else model_of(options, texture)
         for name in ("sphere", *SHAPES):
             target = shape(name, 2500)
@@ -281,6 +281,23 @@ def features(options):
             print(f"| {texture} | {name} | {row_of(found)} |", flush=True)
 
 
+def peaks_of(found):
+    """Height over the ground, whether it has merged, and whether it is whole, of each peak: no boundary ends in its region."""
+    surface, points = found.surface, found.surface.GetPointData()
+    corners = vtk_to_numpy(surface.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+    edges, counts = np.unique(np.sort(corners[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0, return_counts=True)
+    height, kind, region = (vtk_to_numpy(points.GetArray(name)) for name in ("Height", "Peak", "Region"))
+    peaks = np.flatnonzero(kind)
+    cut = np.unique(region[edges[counts == 1]])
+    return height[peaks] - found["base_level"], kind[peaks] == 2, ~np.isin(region[peaks], cut)
+
+
+def whole_features(found):
+    """Variation of heights, and share of merged ones, of the features that no boundary cuts."""
+    heights, merged, whole = peaks_of(found)
+    return (heights[whole].std() / heights[whole].mean(), merged[whole].mean()) if whole.any() else (0.0, 0.0)
+
+
 def row_of(found):
     """Means of some samples as cells of a table; intersections in a thousand triangles."""
 
@@ -289,8 +306,10 @@ def row_of(found):
 
     peaks, walls = (mean(one.ratios[key] for one in found) for key in ("peak_density", "wall_density"))
     variation, merged = (100 * mean(one[key] for one in found) for key in ("peak_height_variation", "merged_share"))
+    whole = 100 * np.mean([whole_features(one) for one in found], axis=0)
     crossings = mean(1000 * one["number_of_self_intersections"] / one.surface.GetNumberOfCells() for one in found)
-    return f"{peaks:.2f} | {variation:.1f} % | {merged:.1f} % | {walls:.2f} | {crossings:.2f}"
+    shares = f"{variation:.1f} % | {whole[0]:.1f} % | {merged:.1f} % | {whole[1]:.1f} %"
+    return f"{peaks:.2f} | {shares} | {walls:.2f} | {crossings:.2f}"
 
 
 CLAY, SEPARATE, MERGED, WALL = (205, 198, 186), (40, 90, 200), (215, 40, 30), (20, 110, 90)
@@ -349,7 +368,7 @@ def feature_pictures(options):
     for column, (texture, name) in enumerate(zip(TEXTURES, TARGETS)):
         reference = reference_features(texture)
         target = remeshed(surface(None, name + ".off"), TARGETS[name][1])
-        found = features_on(target, model_of(options, texture), options.seed, reference)
+        found = features_on(target, shown_model_of(options, texture), options.seed, reference)
         for row, (one, direction) in enumerate(((reference, BALL), (found, TARGETS[name][2]))):
             view = rendering.view_of(one.surface, aspect, direction)
             sheet.add(row, column, title_of(one, texture, name if row else "the reference"), marked(one), view, array="Color")
@@ -393,7 +412,7 @@ def strengths(options, sheet):
     """A row with three strengths, and one that rises from the feet of a bear to its head."""
     bear = remeshed(surface(None, "bear.off"), TARGETS["bear"][1])
     view = rendering.view_of(bear, SIZE[0] / SIZE[1], TARGETS["bear"][2], margin=1.25)
-    model, how = model_of(options, "spikes"), {"start_level": START, "seed": options.seed}
+    model, how = shown_model_of(options, "spikes"), {"start_level": START, "seed": options.seed}
     for column, strength in enumerate((0.5, 1.0, 1.75)):
         output, _ = synthesized(bear, model, strength=strength, **how)
         sheet.add(0, column, f"spikes, strength {strength:g}\n{faces(output)}", output, view)
@@ -407,8 +426,8 @@ def blend(options, sheet):
     target = remeshed(surface(None, "knot1.off"), TARGETS["knot1"][1])
     mixed, _ = synthesized(
         with_array(target, "Share", np.clip(2.0 * along(target, 0) - 0.5, 0.0, 1.0)),
-        model_of(options, "labyrinth"),
-        second_model=model_of(options, "knobs"),
+        shown_model_of(options, "labyrinth"),
+        second_model=shown_model_of(options, "knobs"),
         blend="Share",
         start_level=START,
         seed=options.seed,
@@ -422,7 +441,7 @@ def sizes(options, sheet):
     target = remeshed(surface(None, "eight.off"), TARGETS["eight"][1])
     output, _ = synthesized(
         with_array(target, "Size", 0.5 + 1.4 * along(target, 0)),
-        model_of(options, "spikes"),
+        shown_model_of(options, "spikes"),
         size="Size",
         prepare="remesh",
         scale=1.0,
@@ -439,7 +458,7 @@ def printable_knobs(options, sheet):
     view = None
     for column, printable in ((2, False), (3, True)):
         how = {"start_level": START, "seed": options.seed, "printable": printable}
-        output, _ = synthesized(saddle, model_of(options, "knobs"), **how)
+        output, _ = synthesized(saddle, shown_model_of(options, "knobs"), **how)
         found = surfacesynthesis.geometric_texture_features(output)
         counts = vtk_to_numpy(found.surface.GetCellData().GetArray("SelfIntersections"))
         if view is None:

@@ -127,8 +127,8 @@ def points_of(mesh):
     return vtk_to_numpy(mesh.GetPoints().GetData()).copy()
 
 
-def masked_ball():
-    ball = surfaces.ball()
+def masked_ball(size=24):
+    ball = surfaces.ball(size)
     mask = numpy_to_vtk((points_of(ball)[:, 2] > points_of(ball)[:, 2].mean()).astype(float), deep=True)
     mask.SetName("Mask")
     ball.GetPointData().AddArray(mask)
@@ -165,12 +165,13 @@ def textures_are_those_of_the_class():
 
 def textures_from_an_example_are_those_of_the_class():
     plain, example = surfaces.ball(size=8), surfaces.ball(size=8)  # the larger, the longer each takes to cut
+    target = masked_ball(size=8)
     points = points_of(plain)
     heights = 0.03 * np.prod(np.sin(9.0 * points), axis=1)
     example.GetPoints().SetData(numpy_to_vtk(points * (1.0 + heights)[:, None], deep=True))
     options = dict(Seed=3, Subdivisions=1, NumberOfScales=1, MaskArrayName="Mask")
     for smooth in (None, plain):
-        inputs = dict(Input=source_of(masked_ball()), Example=source_of(example))
+        inputs = dict(Input=source_of(target), Example=source_of(example))
         if smooth is not None:
             inputs["PlainExample"] = source_of(smooth)
         made = GeometricTextureFromExample(**inputs, **options)
@@ -179,7 +180,7 @@ def textures_from_an_example_are_those_of_the_class():
         algorithm.SetExampleData(example)
         if smooth is not None:
             algorithm.SetPlainExampleData(smooth)
-        expected = made_by(algorithm, masked_ball(), **options)
+        expected = made_by(algorithm, target, **options)
         assert np.array_equal(points_of(found), points_of(expected))
         displacement = vtk_to_numpy(found.GetPointData().GetArray("Displacement"))
         assert np.abs(displacement).max() > 1e-4
@@ -190,12 +191,12 @@ def textures_from_an_example_are_those_of_the_class():
         assert made.GetProperty("Mismatch").GetData() == algorithm.GetMismatch() > 0.0
         Delete(made)
     options["BlendArrayName"] = options.pop("MaskArrayName")
-    blend = GeometricTextureFromExample(Input=source_of(masked_ball()), Example=source_of(example),
+    blend = GeometricTextureFromExample(Input=source_of(target), Example=source_of(example),
                                         SecondExample=source_of(plain), **options)  # fmt: skip
     algorithm = vtkGeometricTextureFromExample()
     algorithm.SetExampleData(example)
     algorithm.SetSecondExampleData(plain)
-    assert np.array_equal(points_of(output_of(blend)), points_of(made_by(algorithm, masked_ball(), **options)))
+    assert np.array_equal(points_of(output_of(blend)), points_of(made_by(algorithm, target, **options)))
     Delete(blend)
 
 
