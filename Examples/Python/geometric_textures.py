@@ -5,8 +5,8 @@
     xvfb-run -a python3 geometric_textures.py --output DIR
 
 The models (Examples/Models) were learnt from balls with a displacement (Examples/Training/make_references.py): spikes, a
-labyrinth, and knobs that are wider above than at the neck. Spikes and knobs were learned twice: flow_NAME by flow matching, and NAME
-as published, which all but the first picture show without --flows (with it, name --textures spikes knobs). Writes
+labyrinth, and knobs that are wider above than at the neck. Each was learned twice: flow_NAME by flow matching, which the pictures show,
+and NAME as published, which the tables are of without --flows. Writes
 
     textures.png          rows: the textures, of flows where there are; columns: the reference, and targets of genus 0, 1 and 2
     texture_samples.png   what grows on the template of the model: other samples of the reference itself
@@ -125,8 +125,8 @@ def scales(options):
     sheet = rendering.Sheet(2, 4, SIZE)
     for column, scale in enumerate((2.0, 1.4, 1.0, 0.7)):
         how = {"prepare": "remesh", "scale": scale, "start_level": START, "seed": options.seed}
-        output, seconds = synthesized(knot, model, **how)
-        sheet.add(0, column, f"texture scale {scale}\n{faces(output)}, {seconds:.1f} s", output, view)
+        output, _ = synthesized(knot, model, **how)
+        sheet.add(0, column, f"texture scale {scale}\n{faces(output)}", output, view)
     target = remeshed(knot, 2000)
     levels, _ = synthesized(target, model, start_level=START, seed=options.seed, output_levels=True)
     sheet.add(1, 0, f"the target\n{faces(target)}", target, view)

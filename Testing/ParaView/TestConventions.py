@@ -17,7 +17,7 @@ MODELS = {"FieldLatentDecoder": ["field_latents"], "FieldLatentEncoder": ["field
           "FieldLatentTexture": ["coat", "tissue", "wood"],
           "FlowMatchingDeformer": DEFORMERS,
           "FlowMatchingSampler": sorted([*DEFORMERS, "bunny_mixtures"]),
-          "GeometricTextureSynthesizer": ["flow_knobs", "flow_spikes", "knobs", "labyrinth", "spikes"],
+          "GeometricTextureSynthesizer": ["flow_knobs", "flow_labyrinth", "flow_spikes", "knobs", "labyrinth", "spikes"],
           "PoissonNet": ["smoothed_curvature"]}
 
 
