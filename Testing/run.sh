@@ -43,27 +43,24 @@ summary=()
 failed_tests=()
 failures=0
 left_out=0
-out_of_time=75
+out_of_time=0
 
 # step <name> <command>...: runs the command, says how long it took, and remembers whether it failed.
 step() {
-  local name=$1 start=$SECONDS status result
+  local name=$1 start=$SECONDS result
   shift
   echo
   echo "=== $name"
-  "$@"
-  status=$?
-  case $status in
-    0) result=passed ;;
-    "$out_of_time")
-      result="LEFT OUT after $minutes minutes"
-      left_out=$((left_out + 1))
-      ;;
-    *)
-      result=FAILED
-      failures=$((failures + 1))
-      ;;
-  esac
+  if "$@"; then
+    result=passed
+  elif [ $out_of_time = 1 ]; then
+    result="LEFT OUT after $minutes minutes"
+    left_out=$((left_out + 1))
+  else
+    result=FAILED
+    failures=$((failures + 1))
+  fi
+  out_of_time=0
   summary+=("$(printf '%-45s %s (%d s)' "$name" "$result" $((SECONDS - start)))")
   [ "$result" = passed ]
 }
@@ -83,12 +80,15 @@ build_in_time() {
     return
   fi
   local left=$((60 * minutes - SECONDS)) status
-  [ $left -gt 0 ] || return $out_of_time
+  if [ $left -le 0 ]; then
+    out_of_time=1
+    return 1
+  fi
   export jobs
   export -f build
   timeout $left bash -c "build $1"
   status=$?
-  [ $status -eq 124 ] && return $out_of_time
+  [ $status -ne 124 ] || out_of_time=1
   return $status
 }
 

@@ -366,6 +366,11 @@ def check_second_reference(example, texture, peaks):
     assert reference["number_of_peaks"] == second["number_of_peaks"] == peaks
     assert second["merged_share"] < 0.03 and second.ratios["peak_height_variation"] < 1.3, dict(second.ratios)
     assert abs(second.ratios["wall_density"] - 1.0) < 0.1, dict(second.ratios)
+    # without a boundary all features are whole; where one cuts a piece of the reference, only they are as high as each other
+    variation, merged = example.whole_features(second)
+    assert abs(variation - second["peak_height_variation"]) < 1e-3 and merged == second["merged_share"], variation
+    piece = example.piece_features(texture, reference)
+    assert example.whole_features(piece)[0] < 0.05 < 0.15 < piece["peak_height_variation"], dict(piece.ratios)
 
 
 def check_latent_textures(folder):

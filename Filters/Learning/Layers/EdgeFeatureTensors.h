@@ -26,9 +26,8 @@ struct FaceTables
   torch::Tensor Triangles; ///< [F, 3] int64
   torch::Tensor Neighbors; ///< [F, 3] int64, the triangle across each edge
   torch::Tensor Opposite;  ///< [F, 3] int64, the vertex of that triangle which is not on the edge
-  torch::Tensor
-    Sides; ///< [F, 3, 1], -1 at a boundary edge, where the own vertex takes half a turn, else 1; floating point
-  torch::Tensor Corners;     ///< [V, 1], number of triangles at each vertex, at least 1; floating point
+  torch::Tensor Sides;   ///< [F, 3, 1] floating point, -1 at a boundary edge, for half a turn of the own vertex, else 1
+  torch::Tensor Corners; ///< [V, 1], number of triangles at each vertex, at least 1; floating point
   std::int64_t Vertices = 0; ///< number of vertices, V
   /// Tables of the fused convolutions of float32 on the processor; reset, the plain expressions are computed.
   std::shared_ptr<const FaceSelection> OfNeighbors;
