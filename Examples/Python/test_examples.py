@@ -297,9 +297,9 @@ def check_large_pictures(folder):
     check_picture(os.path.join(output, "texture_uses.png"), 1800, rows=2)
     check_synthesized(folder, "knobs", "blend")
     check_pairs(os.path.join(output, "pairs"))
-    import geometric_textures
+    import texture_tables
 
-    check_second_reference(geometric_textures, "knobs", peaks=60)
+    check_second_reference(texture_tables, "knobs", peaks=60)
 
 
 def check_pairs(output):
@@ -334,8 +334,9 @@ def check_signals():
 
 def check_geometric_textures(folder):
     """Each shipped texture, on a target it has not seen, is far closer to its reference than the bare target is."""
-    import geometric_textures as example
+    import texture_tables as example
 
+    models = os.path.join(HERE, os.pardir, "Models")
     made = functools.lru_cache(example.reference_levels)  # each takes ten seconds, and some are used twice
     example.reference_levels = lambda texture, seed=1: made(texture, seed=seed)
     output = os.path.join(folder, "geometric_textures")
@@ -345,14 +346,14 @@ def check_geometric_textures(folder):
     check_picture(os.path.join(output, "texture_scales.png"), 1800, rows=2)
     target = example.remeshed(example.surface(None, "eight.off"), 800)
     for texture in example.TEXTURES:
-        model = os.path.join(example.MODELS, texture + ".safetensors")
+        model = os.path.join(models, texture + ".safetensors")
         pairs = example.distances_on(target, example.reference_levels(texture), model, seed=2)
         print(texture, pairs)
         assert len(pairs) == 3 and all(textured < 0.5 * bare for textured, bare in pairs), (texture, pairs)
     # the share of a perfect texture is 0, and that of none 1
     ball = example.reference_levels("spikes")
     pair = [(mesh[-1], example.mean_edge(mesh[0]) / 2 ** (example.LEVELS - 1)) for mesh in (ball, ball)]
-    for share in example.neighborhoods_on(target, pair, os.path.join(example.MODELS, "spikes.safetensors"), (2,)):
+    for share in example.neighborhoods_on(target, pair, os.path.join(models, "spikes.safetensors"), (2,)):
         assert 0.0 < share[0] < 0.5, share
     check_second_reference(example, "spikes", peaks=90)
     # the knobs move points along the surface: many of their triangles look down on a target that is flat
@@ -371,6 +372,8 @@ def check_second_reference(example, texture, peaks):
     assert abs(variation - second["peak_height_variation"]) < 1e-3 and merged == second["merged_share"], variation
     piece = example.piece_features(texture, reference)
     assert example.whole_features(piece)[0] < 0.05 < 0.15 < piece["peak_height_variation"], dict(piece.ratios)
+    made = example.formula_features(example.shape("saddle", 400), texture, 1, reference)
+    assert example.whole_features(made)[1] == 0.0 and 0.9 < made.ratios["peak_density"] < 1.1, dict(made.ratios)
 
 
 def check_latent_textures(folder):

@@ -32,7 +32,8 @@
  * reconstruction_loss is the mean squared error of its velocity.
  *
  * @par Files
- * Those of vtkModelTrainer; a checkpoint is also written after each level. TextureName, Device and the names and times
+ * Those of vtkModelTrainer; a checkpoint is also written after each level. While the training goes on, the model file has
+ * no statistics of the reference, which take seconds to measure. TextureName, Device and the names and times
  * of files may change between an update and the next, which goes on from the checkpoint.
  *
  * @par Cost

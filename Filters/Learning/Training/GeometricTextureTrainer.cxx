@@ -163,7 +163,7 @@ std::vector<double> CostsOfLevels(
 
 std::vector<double> CostsOfLevels(const MultiscaleDataset& dataset, const GeometricTextureOptions& network)
 {
-  constexpr double overhead = 1000.0; // triangles: an estimate of what each level costs besides its products
+  constexpr double overhead = 150.0; // triangles: what each level costs besides its products, as measured on balls
   std::vector<double> costs;
   for (const TriangleMesh& mesh : dataset.Levels)
   {
@@ -425,7 +425,24 @@ void GeometricTextureTrainer::Restore(const std::string& file, const TrainingChe
 
 void GeometricTextureTrainer::SaveModel(const std::string& path) const { WriteGeometricTexture(path, this->Model()); }
 
+void GeometricTextureTrainer::SaveUnfinishedModel(const std::string& path) const
+{
+  WriteGeometricTexture(path, this->ModelWithoutStatistics());
+}
+
 GeometricTextureModel GeometricTextureTrainer::Model() const
+{
+  GeometricTextureModel model = this->ModelWithoutStatistics();
+  std::vector<TriangleMesh> templates;
+  for (const GeometricTextureReference& reference : this->Impl->References)
+  {
+    templates.push_back(reference.Levels.Template);
+  }
+  model.Statistics = MeasureStatistics(model, templates);
+  return model;
+}
+
+GeometricTextureModel GeometricTextureTrainer::ModelWithoutStatistics() const
 {
   GeometricTextureModel model;
   model.Options = this->Impl->Options.Network;
@@ -435,14 +452,8 @@ GeometricTextureModel GeometricTextureTrainer::Model() const
   {
     model.Discriminator = GeometricTextureTensorsOf(*this->Impl->Discriminator);
   }
-  std::vector<TriangleMesh> templates;
-  for (const GeometricTextureReference& reference : this->Impl->References)
-  {
-    templates.push_back(reference.Levels.Template);
-  }
-  model.Template = templates.front();
+  model.Template = this->Impl->References.front().Levels.Template;
   model.ReconstructionNoise = this->Impl->References.front().ReconstructionNoise;
-  model.Statistics = MeasureStatistics(model, templates);
   return model;
 }
 

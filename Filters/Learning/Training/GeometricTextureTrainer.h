@@ -111,12 +111,15 @@ public:
   bool IsAtEndOfStage() const override;
   std::string DeviceName() const override;
   void SaveModel(const std::string& path) const override;
+  /// Without the statistics of the channels on the reference, which take seconds.
+  void SaveUnfinishedModel(const std::string& path) const override;
 
   /// The model as it is now, with its template and the noise that reconstructs the reference. Levels that are not
   /// trained yet have the weights that they begin with.
   GeometricTextureModel Model() const;
 
 private:
+  GeometricTextureModel ModelWithoutStatistics() const;
   /// All but Name and Device.
   std::map<std::string, std::string> Recipe() const override;
   TrainingCheckpoint Checkpoint() const override;

@@ -17,7 +17,8 @@ namespace surfsynth
 
 namespace
 {
-void SaveFiles(const ModelTrainer& trainer, const TrainingFiles& files)
+/// @param goesOn whether the training does.
+void SaveFiles(const ModelTrainer& trainer, const TrainingFiles& files, bool goesOn)
 {
   if (!files.Checkpoint.empty())
   {
@@ -25,7 +26,7 @@ void SaveFiles(const ModelTrainer& trainer, const TrainingFiles& files)
   }
   if (!files.Model.empty())
   {
-    trainer.SaveModel(files.Model);
+    goesOn ? trainer.SaveUnfinishedModel(files.Model) : trainer.SaveModel(files.Model);
   }
   if (!files.LossTable.empty())
   {
@@ -132,10 +133,11 @@ void TrainAndSave(
     const bool goOn = (!observe || observe(trainer.History())) &&
       (!progress || progress(static_cast<double>(done) / static_cast<double>(iterations)));
     inTime = !limit.IsReached();
-    saved = !goOn || !inTime || trainer.IsAtEndOfStage() || done == iterations || done % files.CheckpointInterval == 0;
+    const bool goesOn = goOn && inTime && done < iterations;
+    saved = !goesOn || trainer.IsAtEndOfStage() || done % files.CheckpointInterval == 0;
     if (saved)
     {
-      SaveFiles(trainer, files);
+      SaveFiles(trainer, files, goesOn);
     }
     if (!goOn && done < iterations)
     {
@@ -149,7 +151,7 @@ void TrainAndSave(
   }
   if (!saved) // the checkpoint is of the last iteration: the files may have gone, or have other names
   {
-    SaveFiles(trainer, files);
+    SaveFiles(trainer, files, false);
   }
 }
 

@@ -48,6 +48,8 @@ public:
   void LoadCheckpoint(const std::string& path);
   /// Writes the model file of the weights after the last iteration. @throws InvalidInput when it cannot be written.
   virtual void SaveModel(const std::string& path) const = 0;
+  /// The same while the training goes on: without what takes long to measure and can be added to the file later.
+  virtual void SaveUnfinishedModel(const std::string& path) const { this->SaveModel(path); }
 
 protected:
   ModelTrainer() = default;
@@ -71,7 +73,8 @@ using TrainingObserver = std::function<bool(const LossHistory& history)>;
 /// after each stage, at the end, and on cancellation (by @p observe or @p progress). Goes on from files.Checkpoint where
 /// there is one and files.Resume is set; an interrupted training loses the iterations after its last checkpoint. A
 /// checkpoint of the last iteration is enough to write the other files again. After files.TimeBudget minutes the training
-/// writes its files and returns before its last iteration, after one iteration at least.
+/// writes its files and returns before its last iteration, after one iteration at least. While the training goes on,
+/// the model is that of SaveUnfinishedModel().
 /// @param progress called after each iteration with the part of all iterations that is done.
 /// @throws the errors of the trainer; before the first iteration, InvalidInput as CheckFiles() and when another training
 /// writes one of the files, and ModelMismatch when the checkpoint has more iterations than are asked for; Cancelled.

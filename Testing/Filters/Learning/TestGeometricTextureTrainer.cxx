@@ -403,10 +403,15 @@ TEST_F(GeometricTextureTraining, WritesAfterEachLevelAndItsModelIsComplete)
     ++seen;
     // The checkpoint of level 0 was written after its last iteration, long before the interval.
     EXPECT_EQ(std::filesystem::exists(files.Checkpoint), losses.Size() > 3);
+    if (losses.Size() == 4) // a model to look at while the training goes on has no statistics, which take long
+    {
+      EXPECT_TRUE(ReadGeometricTexture(files.Model).Statistics.empty());
+    }
     return losses.Size() < 5;
   };
   EXPECT_THROW(TrainGeometricTexture(Bumps(2), TinyGeometricTexture(), files, stop), Cancelled);
   EXPECT_EQ(seen, 5);
+  EXPECT_FALSE(ReadGeometricTexture(files.Model).Statistics.empty()) << "of a training that was stopped";
   const GeometricTextureTrainer trainer = TrainGeometricTexture(Bumps(2), TinyGeometricTexture(), files);
   EXPECT_EQ(trainer.Iteration(), 6);
   EXPECT_EQ(WeightsOf(trainer), WeightsOf(Trained(TinyGeometricTexture(), 2, 6)));
@@ -415,6 +420,7 @@ TEST_F(GeometricTextureTraining, WritesAfterEachLevelAndItsModelIsComplete)
   EXPECT_EQ(model.Template.NumberOfPoints(), 12);
   EXPECT_EQ(model.ReconstructionNoise.rows(), 12);
   EXPECT_EQ(model.Discriminator.size(), model.Generator.size());
+  EXPECT_FALSE(model.Statistics.empty());
   const std::string table = BytesOf(files.LossTable);
   EXPECT_THAT(table, HasSubstr("iteration,level,critic_loss,gradient_penalty,adversarial_loss,reconstruction_loss,"));
   EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 7);

@@ -211,7 +211,7 @@ def train_geometric_texture(
     template : vtkPolyData or pair, optional
         The surface of a synthesis without a target, with the triangles of the first level. Default: the first level.
     model : path
-        The model file that is written, safetensors.
+        The model file that is written, safetensors; while the training goes on without the statistics of the reference.
     dataset : path, optional
         A dataset file that is trained on in place of ``levels`` and ``template``.
     references : iterable, path or composite dataset, optional
