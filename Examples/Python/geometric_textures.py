@@ -14,7 +14,7 @@ and NAME as published, which the tables are of without --flows. Writes
                           by level
     texture_features.png  what geometric_texture_features() counts: peaks, merged ones in red, and walls
     texture_uses.png      above: strengths, and one that an array gives; below: a blend of two textures and a size, both
-                          by an array, and knobs on a saddle before and after they are made printable, with intersecting
+                          by an array, and tall knobs on a saddle before and after they are made printable, with intersecting
                           triangles in red
     texture_*.vtp         the surfaces, with arrays
 
@@ -118,6 +118,8 @@ def scales(options):
     sheet.write(os.path.join(options.output, "texture_scales.png"), options.colors)
 
 
+#: Strength at which knobs lean into one another.
+TALL = 1.6
 CLAY, SEPARATE, MERGED, WALL = (205, 198, 186), (40, 90, 200), (215, 40, 30), (20, 110, 90)
 
 
@@ -259,11 +261,11 @@ def sizes(options, sheet):
 
 
 def printable_knobs(options, sheet):
-    """A part of a saddle with knobs where triangles intersect, and the same part when it is printable."""
+    """A part of a saddle with tall knobs where triangles intersect, and the same part when it is printable."""
     saddle = given_dataset(shape("saddle", 2500))
     view = None
     for column, printable in ((2, False), (3, True)):
-        how = {"start_level": START, "seed": options.seed, "printable": printable}
+        how = {"start_level": START, "seed": options.seed, "strength": TALL, "printable": printable}
         output, _ = synthesized(saddle, shown_model_of(options, "knobs"), **how)
         found = surfacesynthesis.geometric_texture_features(output)
         counts = vtk_to_numpy(found.surface.GetCellData().GetArray("SelfIntersections"))
@@ -271,9 +273,9 @@ def printable_knobs(options, sheet):
             points = vtk_to_numpy(output.GetPoints().GetData())
             corners = vtk_to_numpy(output.GetPolys().GetConnectivityArray()).reshape(-1, 3)
             places = points[corners[counts > 0]].mean(axis=1)
-            near = (np.linalg.norm(places[:, None] - places, axis=2) < 0.1).sum(axis=1)
-            view = rendering.View(places[near.argmax()], 0.4, (0.45, -0.6, 0.65), (0.0, 0.0, 1.0))
-        kind = "the same, printable" if printable else "a part of knobs on a saddle"
+            near = (np.linalg.norm(places[:, None] - places, axis=2) < 0.1).sum(axis=1) * (np.abs(places[:, :2]).max(axis=1) < 0.85)
+            view = rendering.View(places[near.argmax()], 0.4, (0.25, -0.35, 1.0), (0.0, 1.0, 0.0))
+        kind = "the same, printable" if printable else f"a part of knobs on a saddle, strength {TALL}"
         image = rendering.render(intersections_marked(output, counts), view, SIZE, array="Color")
         rendering.outline(image, 0, 0, *SIZE, rendering.BACKGROUND, thickness=8)
         sheet.add_image(1, column, f"{kind}\n{found['number_of_self_intersections']} self-intersections", image)

@@ -46,11 +46,13 @@ def check_documented_commands():
         commands = re.findall(r"^python3 Examples/Training/train_textures\.py (.*)$", file.read(), re.MULTILINE)
     assert len(commands) == 7, commands
     options = [train_textures.parsed(shlex.split(command, comments=True)) for command in commands]
-    several = options[[len(one.surfaces) for one in options].index(3)]
+    several = options[[len(one.surfaces or []) for one in options].index(3)]
     assert several.only == ["spikes", "knobs"] and several.iterations == [2000, 2000, 600, 300], several
     assert len(several.iterations) == several.levels
     flows = [one for one in options if one.objective == "flow_matching"]
-    assert [train_textures.recipe_of(one)["layers"] for one in flows] == [7, 9], flows
+    assert [train_textures.recipe_of(one)["layers"] for one in flows] == [7, 12], flows
+    surfaces = [[train_textures.surfaces_of(one, name) for name in ("knobs", "labyrinth")] for one in flows]
+    assert surfaces == [[["ball"]] * 2, [["ball", "torus"], ["ball"]]], surfaces
     assert all(len(train_textures.recipe_of(one)["iterations"]) == one.levels for one in flows)
 
 
@@ -61,7 +63,7 @@ def check_training(folder):
     train_textures.main([*arguments, "--surfaces", "ball", "torus", "--objective", "adversarial"])
     with open(os.path.join(folder, "spikes.csv"), encoding="utf-8") as file:
         assert len(file.readlines()) == 4
-    train_textures.main(arguments)
+    train_textures.main(arguments)  # a flow, of a ball and a torus
     flow = os.path.join(folder, "flow_spikes.safetensors")
     assert surfacesynthesis.geometric_texture(None, flow, seed=1).GetNumberOfCells() == 4 * 320
     output = surfacesynthesis.geometric_texture(None, model, seed=1)

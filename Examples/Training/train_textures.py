@@ -5,9 +5,8 @@
     python3 train_textures.py OUTPUT [--only NAME ...] [--objective OBJECTIVE] [--iterations N[,N...]] [--surfaces SURFACE ...]
 
 Makes each reference (make_references.py) and writes NAME.safetensors and NAME.csv, a table of the losses; models that learn
-by flow matching are flow_NAME. A training that
-was interrupted goes on from its checkpoint when the script is run again. With several surfaces a texture is learned from all of
-them; the labyrinth is known on the ball alone.
+by flow matching are flow_NAME. A training that was interrupted goes on from its checkpoint when the script is run again. With
+several surfaces a texture is learned from all of them; the labyrinth is known on the ball alone.
 """
 
 import argparse
@@ -23,7 +22,7 @@ from surfacesynthesis.geometric_texture_training import OBJECTIVES
 #: Half of the paper's channels.
 RECIPE = {"maximum_channels": 64, "checkpoint_interval": 50}
 #: That of flows, which see more of a surface and learn faster.
-FLOW_RECIPE = {**RECIPE, "learning_rate": 0.002, "learning_rate_interval": 0, "layers": 9}
+FLOW_RECIPE = {**RECIPE, "learning_rate": 0.002, "learning_rate_interval": 0, "layers": 12}
 #: Iterations of each level: those of flows cost a sixth of the others.
 ITERATIONS, FLOW_ITERATIONS = 300, [300, 3000, 3000, 500]
 
@@ -52,15 +51,22 @@ def parsed(arguments):
                         help="what it is learned by (default: flow_matching; the published adversarial)")  # fmt: skip
     parser.add_argument("--iterations", type=iterations_of_levels, metavar="N[,N...]",
                         help="of each level, or one number for each (default: 300,3000,3000,500, of others 300 each)")  # fmt: skip
-    parser.add_argument("--layers", type=int, metavar="N", help="of the networks (default: 9, of others 7)")
+    parser.add_argument("--layers", type=int, metavar="N", help="of the networks (default: 12, of others 7)")
     parser.add_argument("--base-noise-amplitude", type=float, default=0.1, metavar="A",
                         help="of flows, largest noise of the level before, in its mean edge lengths (default: 0.1)")  # fmt: skip
-    parser.add_argument("--surfaces", nargs="+", choices=["ball", *SURFACES], default=["ball"],
-                        help="what the texture is learned from (default: ball)")  # fmt: skip
+    parser.add_argument("--surfaces", nargs="+", choices=["ball", *SURFACES],
+                        help="what the texture is learned from (default: flows of spikes and knobs ball torus, others ball)")  # fmt: skip
     parser.add_argument("--levels", type=int, default=4, help="of 320, 1280, ... triangles (default: 4)")
     options = parser.parse_args(arguments)
-    require_surfaces(parser, options)
+    if options.surfaces:
+        require_surfaces(parser, options)
     return options
+
+
+def surfaces_of(options, texture):
+    """A torus has what a ball has not: tubes, and the insides of bends."""
+    flow = options.objective == "flow_matching"
+    return options.surfaces or (["ball", "torus"] if flow and texture != "labyrinth" else ["ball"])
 
 
 def main(arguments=None):
@@ -70,7 +76,7 @@ def main(arguments=None):
         started = time.monotonic()
         model = os.path.join(options.output, name_of(options, name) + ".safetensors")
         losses = os.path.join(options.output, name_of(options, name) + ".csv")
-        levels, *others = [reference_levels(name, options.levels, surface=surface) for surface in options.surfaces]
+        levels, *others = [reference_levels(name, options.levels, surface=surface) for surface in surfaces_of(options, name)]
         surfacesynthesis.train_geometric_texture(
             levels,
             references=others,
