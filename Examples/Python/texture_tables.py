@@ -9,11 +9,10 @@ import numpy as np
 import surfacesynthesis
 from surfacesynthesis.datasets import given_dataset
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
-from vtkmodules.vtkFiltersCore import vtkPolyDataNormals
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), os.pardir, "Training"))
 
-from make_datasets import surface  # noqa: E402
+from make_datasets import normals_of, surface  # noqa: E402
 from make_references import (  # noqa: E402
     FINER,
     LEVELS,
@@ -191,16 +190,6 @@ def by_formula(target, texture, seed):
     moved = Neighbors(fine).smoothed(moved, round(SMOOTHING * (4**FINER - 1)))[: output.GetNumberOfPoints()] / unit
     output.GetPoints().SetData(numpy_to_vtk(np.ascontiguousarray(moved), deep=True))
     return output
-
-
-def normals_of(mesh):
-    """Normals of the points [V, 3]."""
-    normals = vtkPolyDataNormals()
-    normals.SetInputData(mesh)
-    normals.SplittingOff()
-    normals.ConsistencyOff()
-    normals.Update()
-    return vtk_to_numpy(normals.GetOutput().GetPointData().GetNormals()).astype(float)
 
 
 def formula_features(target, texture, seed, reference):

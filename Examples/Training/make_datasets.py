@@ -106,20 +106,25 @@ def remeshed(mesh, vertices, ratio=1.0):
     return result
 
 
-def thickness(mesh):
-    """The distance of each point from the surface opposite, along its normal."""
+def normals_of(mesh):
+    """Normals of the points [V, 3]."""
     normals = vtkPolyDataNormals()
     normals.SetInputData(mesh)
     normals.SplittingOff()
     normals.ConsistencyOff()
     normals.Update()
+    return vtk_to_numpy(normals.GetOutput().GetPointData().GetNormals())
+
+
+def thickness(mesh):
+    """The distance of each point from the surface opposite, along its normal."""
     points, _ = points_and_triangles(mesh)
     size = np.ptp(points, axis=0).max()
     found = np.full(len(points), size)
     locator, hit, cell = vtkStaticCellLocator(), [0.0, 0.0, 0.0], vtkGenericCell()
     locator.SetDataSet(mesh)
     locator.BuildLocator()
-    for k, normal in enumerate(vtk_to_numpy(normals.GetOutput().GetPointData().GetNormals())):
+    for k, normal in enumerate(normals_of(mesh)):
         begin, end = points[k] - 1e-3 * size * normal, points[k] - size * normal
         rest = reference(0.0), hit, [0.0, 0.0, 0.0], reference(0), reference(0), cell
         if locator.IntersectWithLine(begin, end, 0.0, *rest):
