@@ -19,6 +19,7 @@ and than those of the fitted pose, which is what the model adds.
 """
 
 import argparse
+import copy
 import csv
 import functools
 import glob
@@ -248,15 +249,29 @@ class RigSpace:
         self.mesh = points, triangles
         self.masses = point_masses(points, triangles)
         self.size = np.sqrt(self.masses.sum())
+        self._rest, self._bones, self._fitted_points = (points, indices, weights), (skeleton, np.asarray(joints)), fitted_points
+        self._see()
+
+    def _see(self):
+        """Chooses the points that poses are fitted to, of those that are known."""
+        points, indices, weights = self._rest
         self.dominant = np.take_along_axis(indices, np.argmax(weights, axis=1)[:, None], axis=1)[:, 0]
-        joints = np.asarray(joints)
-        self._skin = Skin(points, indices, weights, skeleton, joints)
+        self._skin = Skin(points, indices, weights, *self._bones)
         self._fitted, self._fitted_masses, self._fitted_skin = np.arange(len(points)), self.masses, self._skin
-        if len(points) > fitted_points:
-            self._fitted = self._some_points(fitted_points)
+        if len(points) > self._fitted_points:
+            self._fitted = self._some_points(self._fitted_points)
             nearest = cKDTree(points[self._fitted]).query(points)[1]
             self._fitted_masses = np.bincount(nearest, self.masses, len(self._fitted))
-            self._fitted_skin = Skin(points[self._fitted], indices[self._fitted], weights[self._fitted], skeleton, joints)
+            self._fitted_skin = Skin(points[self._fitted], indices[self._fitted], weights[self._fitted], *self._bones)
+
+    def seen_at(self, points):
+        """The same space for shapes of which only these points are known, such as those of a damaged triangulation. Distances are
+        means over their part of the area, in units of the root of the whole."""
+        seen = copy.copy(self)
+        seen._rest = tuple(values[points] for values in self._rest)
+        seen.masses = self.masses[points]
+        seen._see()
+        return seen
 
     def _some_points(self, count):
         of_bone = np.bincount(self.dominant, self.masses)
@@ -309,7 +324,7 @@ class RigSpace:
 
     def distance(self, first, second):
         """Root mean square distance of two shapes over the area, in units of its root."""
-        return np.sqrt(self.masses @ np.sum((first - second) ** 2, axis=1)) / self.size**2
+        return np.sqrt(self.masses @ np.sum((first - second) ** 2, axis=1) / self.masses.sum()) / self.size
 
     def residuals(self, shapes):
         """The distances of shapes [N, V, 3] from the poses that are fitted to them."""
@@ -406,16 +421,16 @@ def generated(options, mesh, count):
     return np.asarray(samples, dtype=float).reshape(count, -1, 3)
 
 
-def fitted_poses(options, skeleton, joints, count):
-    """The body, poses that are fitted to those of the test file, and their distances there."""
-    dataset = surfacesynthesis.read_signal_dataset(os.path.join(options.folder, "body_test.safetensors"))
+def fitted_poses(folder, skeleton, joints, count):
+    """The body, ``count`` poses that are fitted to those of the test file, and their distances there."""
+    dataset = surfacesynthesis.read_signal_dataset(os.path.join(folder, "body_test.safetensors"))
     (source,) = dataset.sources
-    body = surfacesynthesis.read_mesh(os.path.join(options.folder, "body.vtp"))
+    body = surfacesynthesis.read_mesh(os.path.join(folder, "body.vtp"))
     mesh = with_weights_of(to_polydata(mesh_of_triangles(source.points, source.triangles)), body, skeleton)
     space = RigSpace(mesh, skeleton, joints)
-    shapes = source.signals[: 2 * count].astype(float)
-    if len(shapes) < 2 * count:
-        raise SystemExit(f"body_test.safetensors has {len(shapes)} poses, and {count} samples need {2 * count}")
+    shapes = source.signals[:count].astype(float)
+    if len(shapes) < count:
+        raise SystemExit(f"body_test.safetensors has {len(shapes)} poses; {count} are needed")
     poses = [space.fit(shape) for shape in shapes]
     distances = np.array([space.distance(space.posed(pose), shape) for pose, shape in zip(poses, shapes)])
     return body, poses, distances
@@ -455,7 +470,7 @@ def main(arguments=None):
     options = parsed(arguments)
     skeleton = Skeleton.read(os.path.join(options.folder, "bones.csv"))
     joints = moved_joints(options.folder, skeleton)
-    body, poses, distances = fitted_poses(options, skeleton, joints, max(options.samples))
+    body, poses, distances = fitted_poses(options.folder, skeleton, joints, 2 * max(options.samples))
     print(f"{len(poses)} test poses of the file: distance {distances.mean():.1e}, at most {distances.max():.1e}; "
           f"{len(joints)} of {len(skeleton.names)} bones turn\n", flush=True)  # fmt: skip
     every = (

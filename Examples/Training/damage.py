@@ -4,18 +4,21 @@
 Triangulation-Agnostic Flow Matching on Meshes" in kind.
 
     python3 damage.py [--model armadillo_poses] [--samples 100] [--vertices 2500] [--csv FILE]
+    python3 damage.py --bodies FOLDER [--model body_poses] [--samples 100] [--vertices 2500] [--csv FILE]
 
-Takes the armadillo, simplified, and damages it: small, medium and large holes; half of the surface; mild and severe flips of
-edges, which turn good triangles into bad ones; and random thinning, which leaves three quarters and half of the points. Points
-that are left stay where they are. A model that has seen good surfaces only is sampled on each, twice: with area and centroid of
-the damaged surface, and with those of the undamaged one (``normalization_area`` and ``normalization_center`` of deform()). The
-samples are compared with poses of the undamaged surface, at the points that are left (PoseSpace of sample_spaces.py): the root
-mean square distance in units of the root of the area, and its square over that of the undamaged surface, as the table of the
-paper has it. The column "of poses" is the distance that poses themselves have at these points: where a limb is gone, its pull
-on the rest is not known.
+Takes the armadillo, simplified, or the body in the folder of make_bodies.py, and damages it: small, medium and large holes; half
+of the surface; mild and severe flips of edges, which turn good triangles into bad ones; and random thinning, which leaves three
+quarters and half of the points. Points that are left stay where they are. A model that has seen good surfaces only is sampled on
+each, twice: with area and centroid of the damaged surface, and with those of the undamaged one (``normalization_area`` and
+``normalization_center`` of deform()). The samples are compared with poses of the undamaged surface, at the points that are left
+(PoseSpace of sample_spaces.py, RigSpace of body_space.py): the root mean square distance in units of the root of the area, and
+the mean of its square over that of the undamaged surface, as the table of the paper has it. Samples that grow without bound,
+which deform() refuses, are left out and counted. The column "of poses" is the distance that poses themselves have at these
+points: where a limb is gone, its pull on the rest is not known.
 """
 
 import argparse
+import os
 import sys
 import warnings
 
@@ -24,13 +27,16 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 import surfacesynthesis
+from body_space import RigSpace, Skeleton, fitted_poses, moved_joints
 from compare_noise import UNBOUNDED, write_csv
 from linear_velocity import point_masses
+from make_bodies import remeshed
 from make_datasets import points_and_triangles, simplified, surface
 from sample_spaces import PoseSpace
 
 #: Numbers of holes, and their radius over the root of the area.
 HOLES = {"small holes": (12, 0.02), "medium holes": (24, 0.045), "large holes": (4, 0.09)}
+HALF = "half of the surface"
 #: Flipped edges over the number of triangles: those of the paper, 1,000 and 3,000 of 13,776.
 FLIPS = {"mild edge flips": 0.0726, "severe edge flips": 0.2178}
 #: Parts of the points that are left.
@@ -143,7 +149,7 @@ def damages(points, triangles, seed):
     yield "none", triangles
     for k, (name, (number, radius)) in enumerate(HOLES.items()):
         yield name, with_holes(points, triangles, np.random.default_rng([seed, k]), number, radius)
-    yield "half of the surface", half_of(points, triangles)
+    yield HALF, half_of(points, triangles)
     for k, (name, share) in enumerate(FLIPS.items()):
         yield name, flipped(points, triangles, np.random.default_rng([seed, 10 + k]), int(share * len(triangles)))
     for k, (name, share) in enumerate(THINNING.items()):
@@ -164,63 +170,105 @@ def measured(options, space, points, triangles):
     return row
 
 
-def residuals_of(options, seen, mesh, normalization):
-    """Mean and deviation of the residuals of samples, mean of their squares, and the error of samples that are not finite."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", surfacesynthesis.SurfaceSynthesisWarning)  # half of a body is unlike the training
+def finite_samples(options, mesh, normalization):
+    """Samples [N, V, 3] of the model, and the errors of those that are not finite: where one grows without bound, each is
+    drawn alone."""
+
+    def drawn(first, count):
+        flow = {"seed": options.seed, "steps": options.steps, "corrections": options.corrections}
+        return surfacesynthesis.deform(mesh, options.model, first_sample=first, samples=count, **flow, **normalization)
+
+    found, errors = [], []
+    numbers = [(0, options.samples)]
+    while numbers:
+        first, count = numbers.pop()
         try:
-            samples = surfacesynthesis.deform(
-                mesh,
-                options.model,
-                seed=options.seed,
-                samples=options.samples,
-                steps=options.steps,
-                corrections=options.corrections,
-                **normalization,
-            )
+            found.extend(np.reshape(drawn(first, count), (count, -1, 3)))
         except surfacesynthesis.SurfaceSynthesisError as error:
             if UNBOUNDED not in str(error):
                 raise
-            return {"residual": np.nan, "deviation": np.nan, "square": np.nan, "error": str(error)}
+            if count == 1:
+                errors.append(str(error))
+            else:
+                numbers.extend((first + k, 1) for k in reversed(range(count)))
+    return found, errors
+
+
+def residuals_of(options, seen, mesh, normalization):
+    """Of the finite samples mean and deviation of the residuals, and mean of their squares; and the errors of the others."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", surfacesynthesis.SurfaceSynthesisWarning)  # half of a body is unlike the training
+        samples, errors = finite_samples(options, mesh, normalization)
+    found = {"unbounded": len(errors), "error": errors[0] if errors else ""}
+    if not samples:
+        return {"residual": np.nan, "deviation": np.nan, "square": np.nan, **found}
     residuals = seen.residuals(samples)
-    return {"residual": residuals.mean(), "deviation": residuals.std(), "square": (residuals**2).mean(), "error": ""}
+    return {"residual": residuals.mean(), "deviation": residuals.std(), "square": (residuals**2).mean(), **found}
 
 
 def shown(row, undamaged, name):
-    """Cells of a normalization: distance, and its square over that of the undamaged surface."""
-    if row["error_" + name]:
+    """Cells of a normalization: distance, and its square over that of the undamaged surface; of how many samples if not of all."""
+    if np.isnan(row["residual_" + name]):
         return "not finite | "
     ratio = row["square_" + name] / undamaged["square_own"]
-    return f"{row['residual_' + name]:.4f} ± {row['deviation_' + name]:.4f} | {ratio:.1f}"
+    rest = f" without {row['unbounded_' + name]}" if row["unbounded_" + name] else ""
+    return f"{row['residual_' + name]:.4f} ± {row['deviation_' + name]:.4f}{rest} | {ratio:.1f}"
 
 
 def parsed(arguments):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--model", default="armadillo_poses", metavar="FILE", help="default: armadillo_poses")
+    parser.add_argument("--model", metavar="FILE", help="default: armadillo_poses, of bodies body_poses")
+    parser.add_argument("--bodies", metavar="FOLDER", help="that of make_bodies.py: the body in place of the armadillo")
     parser.add_argument("--armadillo", metavar="FILE", help="a surface to damage instead")
     parser.add_argument("--vertices", type=int, default=2500, metavar="V", help="default: 2500")
     parser.add_argument("--samples", type=int, default=100, metavar="N", help="of each surface (default: 100)")
     parser.add_argument("--steps", type=int, default=10, metavar="N", help="of the flow (default: 10)")
     parser.add_argument("--corrections", type=int, metavar="N", help="of each sample (default: what suits the model)")
     parser.add_argument("--seed", type=int, default=0, help="default: 0")
+    parser.add_argument("--only", nargs="+", metavar="NAME", help='damages beside "none" (default: all)')
     parser.add_argument("--csv", metavar="FILE", help="write the table")
-    return parser.parse_args(arguments)
+    options = parser.parse_args(arguments)
+    unknown = set(options.only or ()) - {*HOLES, *FLIPS, *THINNING, HALF}
+    if unknown:
+        parser.error(f"there is no damage {', '.join(sorted(unknown))}; there are {', '.join([*HOLES, HALF, *FLIPS, *THINNING])}")
+    if options.bodies and options.armadillo:
+        parser.error("--bodies and --armadillo name two surfaces: one is damaged")
+    options.model = options.model or ("body_poses" if options.bodies else "armadillo_poses")
+    return options
 
 
-def main(arguments=None):
-    options = parsed(arguments)
+def armadillo(options):
+    """The surface and the space of its poses, of which it holds some."""
     whole = surface(options.armadillo, "armadillo.off")
     mesh = simplified(whole, options.vertices)
     points, triangles = points_and_triangles(mesh)
     poses = surfacesynthesis.poses(mesh, 20 + POSES_SEEN, template=whole)
     space = PoseSpace((points, triangles), poses[:20])
     space.poses = poses[20:]
+    return points, triangles, space
+
+
+def body(options):
+    """The body and the space of its poses, of which it holds those kept for tests."""
+    skeleton = Skeleton.read(os.path.join(options.bodies, "bones.csv"))
+    joints = moved_joints(options.bodies, skeleton)
+    rest, poses, _ = fitted_poses(options.bodies, skeleton, joints, POSES_SEEN)
+    space = RigSpace(remeshed(rest, skeleton, options.vertices), skeleton, joints)
+    space.poses = np.array([space.posed(pose) for pose in poses])
+    return *space.mesh, space
+
+
+def main(arguments=None):
+    options = parsed(arguments)
+    points, triangles, space = (body if options.bodies else armadillo)(options)
     masses = point_masses(points, triangles)
     space.area, space.center = masses.sum(), masses @ points / masses.sum()
     rows = []
     print("| damage | points | faces | area | own normalization: distance to the space of poses | squared, over undamaged | "
           "that of the whole: distance | squared, over undamaged | of poses |\n|---|---:|---:|---:|---:|---:|---:|---:|---:|")
     for name, damaged in damages(points, triangles, options.seed):
+        if options.only and name not in ("none", *options.only):
+            continue
         row = {"damage": name, **measured(options, space, points, damaged)}
         rows.append(row)
         print(f"| {name} | {row['points']:,} | {row['faces']:,} | {row['area']:.2f} | {shown(row, rows[0], 'own')} | "

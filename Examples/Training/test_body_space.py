@@ -76,6 +76,21 @@ def check_derivatives():
         assert np.allclose(jacobian[:, k].toarray().ravel(), difference, atol=1e-6), k
 
 
+def check_points_that_are_left():
+    """With all points the residuals are those of the whole; with half of them poses still have none."""
+    body, skeleton = limb()
+    space = body_space.RigSpace(body, skeleton, [0, 1, 2, 3])
+    poses = np.array([space.posed(random_pose(seed)) for seed in range(3)])
+    shapes = space.noisy(poses, 1)
+    everything = np.arange(len(space.mesh[0]))
+    assert np.allclose(space.seen_at(everything).residuals(shapes), space.residuals(shapes), rtol=1e-9)
+    some = np.flatnonzero(space.mesh[0][:, 0] < 0.0)
+    assert 0.3 < len(some) / len(everything) < 0.7
+    seen = space.seen_at(some)
+    assert seen.residuals(poses[:, some]).max() < 1e-5, seen.residuals(poses[:, some])
+    assert np.allclose(seen.residuals(shapes[:, some]), body_space.NOISE, rtol=0.2), seen.residuals(shapes[:, some])
+
+
 def check_fit():
     """Poses have no distance, also those that are moved and turned as a whole; other shapes have that of what is not a pose."""
     body, skeleton = limb()
@@ -242,6 +257,7 @@ if __name__ == "__main__":
     assert HEADS[-1, 1] < HEIGHT
     shutil.rmtree(sys.argv[1], ignore_errors=True)  # no training goes on from an earlier one
     check_derivatives()
+    check_points_that_are_left()
     check_fit()
     check_chosen_points()
     check_hands()

@@ -81,8 +81,11 @@ def check_table(folder):
         written = list(csv.DictReader(file))
     assert [row["damage"] for row in written] == [row["damage"] for row in rows] and len(rows) == 9
     for name in ("own", "whole"):
+        assert all(row[f"unbounded_{name}"] == (row[f"error_{name}"] != "") for row in rows)
         assert all(np.isfinite(row[f"residual_{name}"]) == (row[f"error_{name}"] == "") for row in rows)
         assert np.isfinite(rows[0][f"residual_{name}"])
+    few = damage.main([*options, "--model", sys.argv[2], "--only", damage.HALF])
+    assert [row["damage"] for row in few] == ["none", damage.HALF] and few[0] == rows[0]
     assert np.isclose(rows[0]["residual_own"], rows[0]["residual_whole"], rtol=1e-3)
     assert np.isfinite(rows[4]["residual_whole"]), rows[4]
     assert np.isfinite(rows[4]["residual_own"]) or UNBOUNDED in rows[4]["error_own"], rows[4]

@@ -24,15 +24,15 @@ RECIPE = {"maximum_channels": 64, "checkpoint_interval": 50}
 #: That of flows, which see more of a surface and learn faster.
 FLOW_RECIPE = {**RECIPE, "learning_rate": 0.002, "learning_rate_interval": 0, "layers": 12}
 #: Iterations of each level: those of flows cost a sixth of the others.
-ITERATIONS, FLOW_ITERATIONS = 300, [300, 3000, 3000, 500]
+ITERATIONS, FLOW_ITERATIONS = 300, [300, 12000, 3000, 500]
 
 
 def recipe_of(options):
     """The parameters of train_geometric_texture()."""
     if options.objective == "flow_matching":
         layers = {"layers": options.layers} if options.layers else {}
-        own = {"iterations": options.iterations or FLOW_ITERATIONS, "base_noise_amplitude": options.base_noise_amplitude}
-        return {**FLOW_RECIPE, **own, **layers}
+        base = {"base_noise_amplitude": options.base_noise_amplitude, "base_samples": options.base_samples}
+        return {**FLOW_RECIPE, "iterations": options.iterations or FLOW_ITERATIONS, **base, **layers}
     iterations = options.iterations or ITERATIONS
     one = isinstance(iterations, int)
     interval = max(1, 3 * iterations // 8) if one else 0
@@ -50,10 +50,12 @@ def parsed(arguments):
     parser.add_argument("--objective", choices=OBJECTIVES, default="flow_matching",
                         help="what it is learned by (default: flow_matching; the published adversarial)")  # fmt: skip
     parser.add_argument("--iterations", type=iterations_of_levels, metavar="N[,N...]",
-                        help="of each level, or one number for each (default: 300,3000,3000,500, of others 300 each)")  # fmt: skip
+                        help="of each level, or one number for each (default: 300,12000,3000,500, of others 300 each)")  # fmt: skip
     parser.add_argument("--layers", type=int, metavar="N", help="of the networks (default: 12, of others 7)")
     parser.add_argument("--base-noise-amplitude", type=float, default=0.1, metavar="A",
                         help="of flows, largest noise of the level before, in its mean edge lengths (default: 0.1)")  # fmt: skip
+    parser.add_argument("--base-samples", type=int, default=8, metavar="N",
+                        help="of flows, samples of the level before that each level learns on (default: 8)")  # fmt: skip
     parser.add_argument("--surfaces", nargs="+", choices=["ball", *SURFACES],
                         help="what the texture is learned from (default: flows of spikes and knobs ball torus, others ball)")  # fmt: skip
     parser.add_argument("--levels", type=int, default=4, help="of 320, 1280, ... triangles (default: 4)")

@@ -180,6 +180,7 @@ private:
     options.Objective = static_cast<surfsynth::TextureObjective>(self.Objective);
     options.FlowSteps = self.FlowSteps;
     options.BaseNoiseAmplitude = self.BaseNoiseAmplitude;
+    options.BaseSamples = self.NumberOfBaseSamples;
     options.Projections = self.NumberOfProjections;
     options.IterationsPerLevel = self.IterationsPerLevel;
     options.IterationsOfLevels.assign(self.IterationsOfLevels.begin(), self.IterationsOfLevels.end());
@@ -293,6 +294,7 @@ void vtkGeometricTextureTrainer::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "Objective: " << this->Objective << "\n";
   os << indent << "FlowSteps: " << this->FlowSteps << "\n";
   os << indent << "BaseNoiseAmplitude: " << this->BaseNoiseAmplitude << "\n";
+  os << indent << "NumberOfBaseSamples: " << this->NumberOfBaseSamples << "\n";
   os << indent << "NumberOfProjections: " << this->NumberOfProjections << "\n";
   os << indent << "IterationsPerLevel: " << this->IterationsPerLevel << "\n";
   os << indent << "IterationsOfLevels:";

@@ -127,6 +127,16 @@ public:
 
   ///@{
   /**
+   * Of a flow, number of samples of the level before that a level learns on, from 0 to 1000: with features where the reference
+   * has them, shaped as the network of that level shapes them in a synthesis [Meng2022]. 0: on the level before of the
+   * reference. Default 8.
+   */
+  vtkSetClampMacro(NumberOfBaseSamples, int, 0, 1000);
+  vtkGetMacro(NumberOfBaseSamples, int);
+  ///@}
+
+  ///@{
+  /**
    * Random directions of the sliced Wasserstein distance in each step, from 1 to 10000. Default 64.
    */
   vtkSetClampMacro(NumberOfProjections, int, 1, 10000);
@@ -299,6 +309,7 @@ private:
   int Objective = FLOW_MATCHING;
   int FlowSteps = 10;
   double BaseNoiseAmplitude = 0.1;
+  int NumberOfBaseSamples = 8;
   int NumberOfProjections = 64;
   int IterationsPerLevel = 2000;
   std::vector<int> IterationsOfLevels;

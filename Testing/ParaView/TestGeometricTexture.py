@@ -102,6 +102,7 @@ TRAINER = {
     "Objective": ("Flow Matching", "Adversarial", vtkGeometricTextureTrainer.ADVERSARIAL),
     "FlowSteps": (10, 3, 3),
     "BaseNoiseAmplitude": (0.1, 0.2, 0.2),
+    "NumberOfBaseSamples": (8, 2, 2),
     "NumberOfProjections": (64, 7, 7),
     "PenaltyInterval": (1, 4, 4),
     "DiscriminatorSteps": (2, 1, 1),

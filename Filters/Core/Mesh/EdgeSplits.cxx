@@ -42,18 +42,22 @@ std::vector<Index> PlaceMidpoints(
   return midpoints;
 }
 
-/// Corners v and midpoints m of a triangle, m[k] on the edge from v[k] to v[k + 1].
+/// A triangle and the midpoints of its edges: Midpoints[k] lies between Corners[k] and Corners[k + 1], None where that is whole.
 struct SplitTriangle
 {
-  std::array<Index, 3> v;
-  std::array<Index, 3> m;
+  std::array<Index, 3> Corners;
+  std::array<Index, 3> Midpoints;
 
-  int Splits() const { return (this->m[0] != None) + (this->m[1] != None) + (this->m[2] != None); }
+  int Splits() const
+  {
+    return (this->Midpoints[0] != None) + (this->Midpoints[1] != None) + (this->Midpoints[2] != None);
+  }
   /// Begins with another corner.
   SplitTriangle From(int corner) const
   {
     const int a = corner, b = (corner + 1) % 3, c = (corner + 2) % 3;
-    return { { this->v[a], this->v[b], this->v[c] }, { this->m[a], this->m[b], this->m[c] } };
+    return { { this->Corners[a], this->Corners[b], this->Corners[c] },
+      { this->Midpoints[a], this->Midpoints[b], this->Midpoints[c] } };
   }
 };
 
@@ -79,27 +83,27 @@ void AddParts(const PointMatrix& points, const SplitTriangle& whole, Triangles& 
   switch (whole.Splits())
   {
     case 0:
-      out.push_back(whole.v);
+      out.push_back(whole.Corners);
       return;
     case 1:
     {
-      const SplitTriangle t = whole.From(whole.m[0] != None ? 0 : whole.m[1] != None ? 1 : 2);
-      out.push_back({ t.v[0], t.m[0], t.v[2] });
-      out.push_back({ t.m[0], t.v[1], t.v[2] });
+      const SplitTriangle t = whole.From(whole.Midpoints[0] != None ? 0 : whole.Midpoints[1] != None ? 1 : 2);
+      out.push_back({ t.Corners[0], t.Midpoints[0], t.Corners[2] });
+      out.push_back({ t.Midpoints[0], t.Corners[1], t.Corners[2] });
       return;
     }
     case 2:
     {
-      const SplitTriangle t = whole.From(whole.m[2] == None ? 0 : whole.m[0] == None ? 1 : 2);
-      out.push_back({ t.v[1], t.m[1], t.m[0] });
-      AddQuadrangle(points, { t.v[0], t.m[0], t.m[1], t.v[2] }, out);
+      const SplitTriangle t = whole.From(whole.Midpoints[2] == None ? 0 : whole.Midpoints[0] == None ? 1 : 2);
+      out.push_back({ t.Corners[1], t.Midpoints[1], t.Midpoints[0] });
+      AddQuadrangle(points, { t.Corners[0], t.Midpoints[0], t.Midpoints[1], t.Corners[2] }, out);
       return;
     }
     default:
-      out.push_back({ whole.v[0], whole.m[0], whole.m[2] });
-      out.push_back({ whole.v[1], whole.m[1], whole.m[0] });
-      out.push_back({ whole.v[2], whole.m[2], whole.m[1] });
-      out.push_back(whole.m);
+      out.push_back({ whole.Corners[0], whole.Midpoints[0], whole.Midpoints[2] });
+      out.push_back({ whole.Corners[1], whole.Midpoints[1], whole.Midpoints[0] });
+      out.push_back({ whole.Corners[2], whole.Midpoints[2], whole.Midpoints[1] });
+      out.push_back(whole.Midpoints);
   }
 }
 } // namespace

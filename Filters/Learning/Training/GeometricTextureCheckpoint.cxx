@@ -147,6 +147,7 @@ std::map<std::string, std::string> GeometricTextureTrainer::Internals::Recipe() 
   {
     recipe["objective"] = "flow_matching"; // steps matter to a synthesis alone
     recipe["base_noise_amplitude"] = FormatExact(o.BaseNoiseAmplitude);
+    recipe["base_samples"] = std::to_string(o.BaseSamples);
   }
   return recipe;
 }

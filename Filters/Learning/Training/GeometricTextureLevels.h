@@ -40,6 +40,8 @@ struct GeometricTextureReference
   /// Base of the reconstruction, before it is displaced: of levels above 0 the output of the frozen levels for that noise,
   /// of a flow the level before.
   torch::Tensor ReconstructionStart;
+  std::vector<torch::Tensor>
+    Bases; ///< of a flow, [V of the level before, 3] each: what that level may be in a synthesis
 };
 
 /// @throws InvalidInput when the dataset is not one of CheckDataset(), or a mesh does not meet

@@ -20,6 +20,10 @@ namespace
 constexpr std::uint32_t DirectionComponent = 1U << 29;
 constexpr std::uint32_t TimeComponent = DirectionComponent + (1U << 28);
 constexpr std::uint32_t BaseComponent = DirectionComponent + (1U << 27);
+constexpr std::uint32_t SampleComponent = DirectionComponent + (1U << 26);
+/// Of samples near the reference: restarts, and steps of half of the flow.
+constexpr int SampleRestarts = 2;
+constexpr int SampleSteps = 5;
 
 /// While it lives, a network's parameters are constants.
 class Frozen
@@ -172,20 +176,62 @@ void GeometricTextureTrainer::Internals::GeneratorStep(std::int64_t slot, Geomet
   this->TakeStep(*this->GeneratorAdam, generator, losses.Adversarial + losses.Reconstruction);
 }
 
-/// The level before of the reference, subdivided: what a flow displaces. Above level 0 with noise, as the output of the
-/// levels below is never the reference.
+/// A sample of the level before whose features are where the reference has them, [V, 3]: restarts of its flow [Meng2022].
+torch::Tensor GeometricTextureTrainer::Internals::NearReference(std::int64_t sample)
+{
+  const auto below = static_cast<std::size_t>(*this->Current - 1);
+  const GeometricTextureLevels& levels = this->Reference().Levels;
+  const GeometricTextureLevelData& data = levels.Data[below];
+  const torch::Tensor base = below == 0
+    ? levels.Start
+    : DoubledSubdivision(levels.Data[below - 1].Real, levels.Data[below - 1].Parents);
+  NormalKey key = this->KeyOfLevel();
+  key.Component = SampleComponent + 3 * SampleRestarts * static_cast<std::uint32_t>(sample);
+  torch::Tensor offset = data.Real - base;
+  for (int restart = 0; restart < SampleRestarts; ++restart, key.Component += 3)
+  {
+    const SinglePoints noise = NormalPoints(key, data.Tables.Vertices, this->Options.Network.NoiseAmplitude);
+    offset = 0.5 * (offset + NoiseTensor(noise, this->Where));
+    for (int step = 0; step < SampleSteps; ++step)
+    {
+      const torch::Tensor velocity = Displaced(this->Generator->Level(below), data.Tables, base, offset) - base;
+      offset = offset + velocity / (2.0 * SampleSteps);
+    }
+  }
+  return base + offset;
+}
+
+/// Makes what the level before may be in a synthesis, of each reference.
+void GeometricTextureTrainer::Internals::SampleBases()
+{
+  for (this->Drawn = 0; this->Drawn < this->References.size(); ++this->Drawn)
+  {
+    this->Reference().Bases.clear();
+    for (std::int64_t k = 0; *this->Current > 0 && k < this->Options.BaseSamples; ++k)
+    {
+      this->Reference().Bases.push_back(this->NearReference(k));
+    }
+  }
+  this->Drawn = 0;
+}
+
+/// The level before, subdivided: what a flow displaces. Above level 0 one of its samples, with noise: the output of the levels
+/// below is never the reference.
 torch::Tensor GeometricTextureTrainer::Internals::FlowBase(std::int64_t slot)
 {
-  const double most = this->Options.BaseNoiseAmplitude;
-  if (*this->Current == 0 || most == 0.0)
+  if (*this->Current == 0)
   {
     return this->Reference().ReconstructionStart;
   }
   const std::int64_t below = *this->Current - 1;
   const GeometricTextureLevelData& data = this->Reference().Levels.Data[static_cast<std::size_t>(below)];
+  const std::vector<torch::Tensor>& bases = this->Reference().Bases;
   NormalKey key = this->KeyOfIteration();
   key.Component = BaseComponent + static_cast<std::uint32_t>(slot);
-  return DoubledSubdivision(data.Real + this->Noise(slot, below, most * Uniform(key, 0)), data.Parents);
+  const auto drawn = static_cast<std::size_t>(Uniform(key, 1) * static_cast<double>(bases.size()));
+  const double amplitude = this->Options.BaseNoiseAmplitude * Uniform(key, 0);
+  return DoubledSubdivision(
+    (bases.empty() ? data.Real : bases[drawn]) + this->Noise(slot, below, amplitude), data.Parents);
 }
 
 /// Of one step with noise of its own, from the level before of the reference.

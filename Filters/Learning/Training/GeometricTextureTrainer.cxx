@@ -60,25 +60,6 @@ std::uint64_t HashOf(const std::vector<MultiscaleDataset>& references)
   return hash;
 }
 
-/// Standard normals times @p amplitude, [vertices, 3] in float32; coordinates are components from that of @p key on.
-SinglePoints NormalPoints(NormalKey key, std::int64_t vertices, double amplitude)
-{
-  SinglePoints points(vertices, 3);
-  Eigen::VectorXd coordinates(vertices);
-  for (int axis = 0; axis < 3; ++axis, ++key.Component)
-  {
-    FillNormals(key, 0, vertices, coordinates.data());
-    points.col(axis) = (amplitude * coordinates).cast<float>();
-  }
-  return points;
-}
-
-torch::Tensor NoiseTensor(const SinglePoints& points, const torch::Device& device)
-{
-  return torch::from_blob(const_cast<float*>(points.data()), { points.rows(), 3 }, torch::kFloat32)
-    .to(device, torch::kFloat32, false, true);
-}
-
 using Optimizer = std::unique_ptr<torch::optim::Adam>;
 
 Optimizer MakeOptimizer(torch::nn::Module& network, double learningRate)
@@ -104,6 +85,24 @@ void CopyParameters(torch::nn::Module& from, torch::nn::Module& to)
 }
 } // namespace
 
+SinglePoints NormalPoints(NormalKey key, std::int64_t vertices, double amplitude)
+{
+  SinglePoints points(vertices, 3);
+  Eigen::VectorXd coordinates(vertices);
+  for (int axis = 0; axis < 3; ++axis, ++key.Component)
+  {
+    FillNormals(key, 0, vertices, coordinates.data());
+    points.col(axis) = (amplitude * coordinates).cast<float>();
+  }
+  return points;
+}
+
+torch::Tensor NoiseTensor(const SinglePoints& points, const torch::Device& device)
+{
+  return torch::from_blob(const_cast<float*>(points.data()), { points.rows(), 3 }, torch::kFloat32)
+    .to(device, torch::kFloat32, false, true);
+}
+
 void CheckOptions(const GeometricTextureTrainingOptions& options)
 {
   CheckOptions(options.Network);
@@ -114,6 +113,7 @@ void CheckOptions(const GeometricTextureTrainingOptions& options)
   const OptionChecks check("GeometricTextureTrainingOptions");
   check.Count("FlowSteps", options.FlowSteps, 1, 1000);
   check.Weight("BaseNoiseAmplitude", options.BaseNoiseAmplitude);
+  check.Count("BaseSamples", options.BaseSamples, 0, 1000);
   check.Count("Projections", options.Projections, 1, 10000);
   check.Iterations("IterationsPerLevel", options.IterationsPerLevel);
   for (std::size_t k = 0; k < options.IterationsOfLevels.size(); ++k)
@@ -238,10 +238,16 @@ std::int64_t GeometricTextureTrainer::Internals::InLevel(std::int64_t iteration)
 
 NormalKey GeometricTextureTrainer::Internals::KeyOfIteration() const
 {
+  NormalKey key = this->KeyOfLevel();
+  key.Sample = static_cast<std::uint32_t>(this->InLevel(this->Done()));
+  return key;
+}
+
+NormalKey GeometricTextureTrainer::Internals::KeyOfLevel() const
+{
   NormalKey key;
   key.Seed = this->Options.Seed;
   key.Stream = static_cast<std::uint32_t>(1 + *this->Current);
-  key.Sample = static_cast<std::uint32_t>(this->InLevel(this->Done()));
   return key;
 }
 
@@ -277,6 +283,7 @@ void GeometricTextureTrainer::Internals::BeginLevel(std::int64_t level)
         ? reference.Levels.Start
         : DoubledSubdivision(reference.Levels.Data[number - 1].Real, reference.Levels.Data[number - 1].Parents);
     }
+    this->SampleBases();
     return;
   }
   if (level == 0)

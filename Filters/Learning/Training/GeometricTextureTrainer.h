@@ -37,6 +37,8 @@ struct GeometricTextureTrainingOptions : ModelTrainingOptions
   std::int64_t FlowSteps = 10;      ///< of the flow at each level in a synthesis, 1 to 1000
   /// Of a flow: largest standard deviation of noise on each coordinate of the level before, in its mean edge lengths; >= 0
   double BaseNoiseAmplitude = 0.1;
+  /// Of a flow: samples of the level before, near the reference, that take its place as base, 0 to 1000; 0: the reference's
+  std::int64_t BaseSamples = 8;
   std::int64_t Projections = 64;          ///< directions of the sliced Wasserstein distance in a step, 1 to 10000
   std::int64_t IterationsPerLevel = 2000; ///< >= 1
   /// Iterations of each level in turn, >= 1, as many as there are levels; empty: IterationsPerLevel of each. Coarse
@@ -73,8 +75,10 @@ std::vector<std::int64_t> IterationsOfEachLevel(const GeometricTextureTrainingOp
 /// without the levels below: with b the level before, subdivided, d = reference - b, noise n and a time t uniform in
 /// [0, 1], the network gets b + (1 - t) n + t d and is to give d - n. It is not told t, which the noise shows. In a synthesis b
 /// comes from the level below, which is never quite the reference: therefore b has noise too in the training, of a standard
-/// deviation uniform in [0, BaseNoiseAmplitude] (conditioning augmentation [Ho2022]). The network of a flow does not
-/// reconstruct the reference.
+/// deviation uniform in [0, BaseNoiseAmplitude] (conditioning augmentation [Ho2022]), and is one of BaseSamples samples of the
+/// level before: its displacements on the reference, twice mixed with noise as at half of the time of the flow, which goes on
+/// from there [Meng2022], so that features are where the reference has them, and shaped as the network shapes them. The
+/// network of a flow does not reconstruct the reference.
 ///
 /// Of several references, each a surface with the same texture, each iteration draws one: surfaces of other curvature,
 /// for textures that are to grow on such. Their triangles should be of the same size beside the features of the

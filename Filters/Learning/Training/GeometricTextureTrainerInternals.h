@@ -33,6 +33,12 @@ struct GeometricTextureLosses
 /// The empty losses; see GeometricTextureTrainer::History().
 LossHistory GeometricTextureLossHistory();
 
+/// Standard normals times @p amplitude, [vertices, 3] in float32; coordinates are components from that of @p key on.
+SinglePoints NormalPoints(NormalKey key, std::int64_t vertices, double amplitude);
+
+/// The same as a tensor.
+torch::Tensor NoiseTensor(const SinglePoints& points, const torch::Device& device);
+
 class GeometricTextureTrainer::Internals
 {
 public:
@@ -64,6 +70,8 @@ private:
   std::int64_t InLevel(std::int64_t iteration) const;
   /// Seed, stream and sample of random numbers of this iteration.
   NormalKey KeyOfIteration() const;
+  /// The same for its level, whose iterations are samples.
+  NormalKey KeyOfLevel() const;
   double LearningRateAt(std::int64_t iteration) const;
   void AppendLosses(std::int64_t iteration, const GeometricTextureLosses& losses);
   bool SameChannelsAsBelow(std::int64_t level) const;
@@ -81,6 +89,8 @@ private:
   torch::Tensor AdversarialLoss(std::int64_t slot, const torch::Tensor& positions);
   void DiscriminatorStep(std::int64_t slot, GeometricTextureLosses& losses);
   void GeneratorStep(std::int64_t slot, GeometricTextureLosses& losses);
+  torch::Tensor NearReference(std::int64_t sample);
+  void SampleBases();
   torch::Tensor FlowBase(std::int64_t slot);
   void FlowStep(std::int64_t slot, GeometricTextureLosses& losses);
 

@@ -333,6 +333,7 @@ TEST(GeometricTextureTrainerFilter, ObjectivesAreThoseOfThePlainTraining)
     options.Objective = objective;
     options.FlowSteps = 3;
     options.BaseNoiseAmplitude = 0.2;
+    options.BaseSamples = 2;
     options.Projections = 5;
     TrainingFiles files;
     files.Model = "objective.plain";
@@ -341,6 +342,7 @@ TEST(GeometricTextureTrainerFilter, ObjectivesAreThoseOfThePlainTraining)
     filter->SetObjective(number);
     filter->SetFlowSteps(3);
     filter->SetBaseNoiseAmplitude(0.2);
+    filter->SetNumberOfBaseSamples(2);
     filter->SetNumberOfProjections(5);
     OutputOf(filter);
     EXPECT_TRUE(BytesOf("objective.filter") == BytesOf("objective.plain")) << number;
@@ -354,6 +356,8 @@ TEST(GeometricTextureTrainerFilter, ObjectivesAreThoseOfThePlainTraining)
   EXPECT_EQ(filter->GetFlowSteps(), 1);
   filter->SetBaseNoiseAmplitude(-1.0);
   EXPECT_EQ(filter->GetBaseNoiseAmplitude(), 0.0);
+  filter->SetNumberOfBaseSamples(1001);
+  EXPECT_EQ(filter->GetNumberOfBaseSamples(), 1000);
 }
 
 TEST(GeometricTextureTrainerFilter, ListsArePrintedAndKeepTheirRange)
@@ -409,11 +413,11 @@ TEST(GeometricTextureTrainerFilter, PropertiesAreClampedAndPrinted)
   filter->Print(text);
   for (const char* line : { "ModelFileName: \n", "CheckpointFileName: \n", "LossTableFileName: \n",
          "CheckpointInterval: 500", "Resume: 1", "DatasetFileName: \n", "TextureName: texture", "Objective: 2",
-         "FlowSteps: 10", "BaseNoiseAmplitude: 0.1", "NumberOfProjections: 64", "IterationsPerLevel: 1",
-         "DiscriminatorSteps: 2", "GeneratorSteps: 3", "LearningRate: 0.0005", "LearningRateInterval: 500",
-         "LearningRateFactor: 1", "PenaltyWeight: 0.1", "PenaltyInterval: 1", "ReconstructionWeight: 5", "Layers: 3",
-         "StartChannels: 32", "MinimumChannels: 32", "MaximumChannels: 128", "NoiseAmplitude: 0.1", "Seed: 0",
-         "Device: 2", "NumberOfIterationsDone: 0", "DeviceInUse: \n" })
+         "FlowSteps: 10", "BaseNoiseAmplitude: 0.1", "NumberOfBaseSamples: 8", "NumberOfProjections: 64",
+         "IterationsPerLevel: 1", "DiscriminatorSteps: 2", "GeneratorSteps: 3", "LearningRate: 0.0005",
+         "LearningRateInterval: 500", "LearningRateFactor: 1", "PenaltyWeight: 0.1", "PenaltyInterval: 1",
+         "ReconstructionWeight: 5", "Layers: 3", "StartChannels: 32", "MinimumChannels: 32", "MaximumChannels: 128",
+         "NoiseAmplitude: 0.1", "Seed: 0", "Device: 2", "NumberOfIterationsDone: 0", "DeviceInUse: \n" })
   {
     EXPECT_THAT(text.str(), HasSubstr(line));
   }
