@@ -268,6 +268,7 @@ class RigSpace:
         """The same space for shapes of which only these points are known, such as those of a damaged triangulation. Distances are
         means over their part of the area, in units of the root of the whole."""
         seen = copy.copy(self)
+        seen.mesh = None
         seen._rest = tuple(values[points] for values in self._rest)
         seen.masses = self.masses[points]
         seen._see()

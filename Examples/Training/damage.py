@@ -171,8 +171,7 @@ def measured(options, space, points, triangles):
 
 
 def finite_samples(options, mesh, normalization):
-    """Samples [N, V, 3] of the model, and the errors of those that are not finite: where one grows without bound, each is
-    drawn alone."""
+    """Samples [N, V, 3] of the model, and the errors of those that grow without bound, which are found by halves."""
 
     def drawn(first, count):
         flow = {"seed": options.seed, "steps": options.steps, "corrections": options.corrections}
@@ -190,7 +189,8 @@ def finite_samples(options, mesh, normalization):
             if count == 1:
                 errors.append(str(error))
             else:
-                numbers.extend((first + k, 1) for k in reversed(range(count)))
+                half = count // 2
+                numbers.extend(((first + half, count - half), (first, half)))
     return found, errors
 
 
@@ -219,7 +219,7 @@ def parsed(arguments):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--model", metavar="FILE", help="default: armadillo_poses, of bodies body_poses")
     parser.add_argument("--bodies", metavar="FOLDER", help="that of make_bodies.py: the body in place of the armadillo")
-    parser.add_argument("--armadillo", metavar="FILE", help="a surface to damage instead")
+    parser.add_argument("--armadillo", metavar="FILE", help="a surface in place of the armadillo")
     parser.add_argument("--vertices", type=int, default=2500, metavar="V", help="default: 2500")
     parser.add_argument("--samples", type=int, default=100, metavar="N", help="of each surface (default: 100)")
     parser.add_argument("--steps", type=int, default=10, metavar="N", help="of the flow (default: 10)")

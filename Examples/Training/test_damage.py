@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Tests damage.py: ``test_damage.py FOLDER``. Run by CTest."""
 
+import argparse
 import csv
 import os
 import sys
@@ -81,7 +82,7 @@ def check_table(folder):
         written = list(csv.DictReader(file))
     assert [row["damage"] for row in written] == [row["damage"] for row in rows] and len(rows) == 9
     for name in ("own", "whole"):
-        assert all(row[f"unbounded_{name}"] == (row[f"error_{name}"] != "") for row in rows)
+        assert all((row[f"unbounded_{name}"] == 1) == (row[f"error_{name}"] != "") for row in rows)
         assert all(np.isfinite(row[f"residual_{name}"]) == (row[f"error_{name}"] == "") for row in rows)
         assert np.isfinite(rows[0][f"residual_{name}"])
     few = damage.main([*options, "--model", sys.argv[2], "--only", damage.HALF])
@@ -92,7 +93,40 @@ def check_table(folder):
     assert not np.isclose(rows[4]["residual_own"], rows[4]["residual_whole"], rtol=1e-3), rows[4]
 
 
+def check_samples_without_bound():
+    """Those that deform() refuses are left out and counted, whichever they are."""
+    refused = {2, 3, 9}
+
+    def deform(mesh, model, first_sample, samples, **_):
+        numbers = range(first_sample, first_sample + samples)
+        if refused.intersection(numbers):
+            raise surfacesynthesis.SurfaceSynthesisError(UNBOUNDED)
+        return np.array([np.full((4, 3), number) for number in numbers]).squeeze()
+
+    options = argparse.Namespace(samples=10, seed=0, steps=1, corrections=None, model="")
+    whole, surfacesynthesis.deform = surfacesynthesis.deform, deform
+    try:
+        found, errors = damage.finite_samples(options, None, {})
+    finally:
+        surfacesynthesis.deform = whole
+    assert [int(sample[0, 0]) for sample in found] == [0, 1, 4, 5, 6, 7, 8] and len(errors) == 3
+
+
+def check_arguments():
+    """Two surfaces, and a damage that there is none of, end the program."""
+    for wrong in (["--bodies", "a", "--armadillo", "b"], ["--only", "tiny holes"]):
+        try:
+            damage.parsed(wrong)
+        except SystemExit as error:
+            assert error.code == 2
+        else:
+            raise AssertionError(wrong)
+    assert damage.parsed(["--bodies", "a"]).model == "body_poses" and damage.parsed([]).model == "armadillo_poses"
+
+
 if __name__ == "__main__":
+    check_arguments()
+    check_samples_without_bound()
     check_damages()
     check_points_that_are_left()
     check_table(sys.argv[1])

@@ -24,7 +24,7 @@ RECIPE = {"maximum_channels": 64, "checkpoint_interval": 50}
 #: That of flows, which see more of a surface and learn faster.
 FLOW_RECIPE = {**RECIPE, "learning_rate": 0.002, "learning_rate_interval": 0, "layers": 12}
 #: Iterations of each level: those of flows cost a sixth of the others.
-ITERATIONS, FLOW_ITERATIONS = 300, [300, 12000, 3000, 500]
+ITERATIONS, FLOW_ITERATIONS = 300, [300, 3000, 3000, 500]
 
 
 def recipe_of(options):
@@ -50,7 +50,7 @@ def parsed(arguments):
     parser.add_argument("--objective", choices=OBJECTIVES, default="flow_matching",
                         help="what it is learned by (default: flow_matching; the published adversarial)")  # fmt: skip
     parser.add_argument("--iterations", type=iterations_of_levels, metavar="N[,N...]",
-                        help="of each level, or one number for each (default: 300,12000,3000,500, of others 300 each)")  # fmt: skip
+                        help="of each level, or one number for each (default: 300,3000,3000,500, of others 300 each)")  # fmt: skip
     parser.add_argument("--layers", type=int, metavar="N", help="of the networks (default: 12, of others 7)")
     parser.add_argument("--base-noise-amplitude", type=float, default=0.1, metavar="A",
                         help="of flows, largest noise of the level before, in its mean edge lengths (default: 0.1)")  # fmt: skip

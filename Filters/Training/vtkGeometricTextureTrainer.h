@@ -94,8 +94,8 @@ public:
   /**
    * What the generators learn by. With SLICED_WASSERSTEIN the distance of vtkGeometricTextureDistance of 1, 3 and 6
    * rings, in as many random directions as NumberOfProjections, takes the place of the discriminator. With
-   * FLOW_MATCHING each level learns from the reference alone to turn noise into its displacements, in FlowSteps
-   * evaluations of the network at each level of a synthesis; such models do not reconstruct the reference. With both
+   * FLOW_MATCHING each level learns to turn noise into the displacements of the reference, in FlowSteps evaluations
+   * of the network at each level of a synthesis; such models do not reconstruct the reference. With both
    * there is no discriminator and no penalty, and ReconstructionWeight is not used by a flow; DiscriminatorSteps still
    * numbers the random draws, so that other numbers give other models. Default FLOW_MATCHING, which makes better
    * textures in less time; ADVERSARIAL is the published recipe, which other properties default to.
@@ -127,11 +127,11 @@ public:
 
   ///@{
   /**
-   * Of a flow, number of samples of the level before that a level learns on, from 0 to 1000: with features where the reference
-   * has them, shaped as the network of that level shapes them in a synthesis [Meng2022]. 0: on the level before of the
-   * reference. Default 8.
+   * Of a flow, number of samples of the level before that a level learns on, from 0 to 100: features are where the
+   * reference has them, and shaped as the level before shapes them in a synthesis [Meng2022]. With 0 the levels of the
+   * reference take their place. Default 8.
    */
-  vtkSetClampMacro(NumberOfBaseSamples, int, 0, 1000);
+  vtkSetClampMacro(NumberOfBaseSamples, int, 0, 100);
   vtkGetMacro(NumberOfBaseSamples, int);
   ///@}
 

@@ -111,6 +111,8 @@ def test_arguments_of_the_fit_are_checked(ball, parameters, error):
         ({"penalty_interval": 0}, ValueError),
         ({"objective": "diffusion"}, ValueError),
         ({"flow_steps": 0}, ValueError),
+        ({"base_samples": -1}, ValueError),
+        ({"base_noise_amplitude": -0.1}, ValueError),
         ({"projections": 0}, ValueError),
         ({"references": [3]}, TypeError),
         ({"levels": None, "dataset": "a.safetensors", "references": [[]]}, TypeError),

@@ -42,7 +42,8 @@ std::vector<Index> PlaceMidpoints(
   return midpoints;
 }
 
-/// A triangle and the midpoints of its edges: Midpoints[k] lies between Corners[k] and Corners[k + 1], None where that is whole.
+/// A triangle and the midpoints of its edges: Midpoints[k] lies between Corners[k] and Corners[k + 1], None where that edge
+/// is not split.
 struct SplitTriangle
 {
   std::array<Index, 3> Corners;

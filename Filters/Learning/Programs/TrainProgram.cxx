@@ -320,8 +320,8 @@ public:
     AddNumber(known, "--flow-steps", o.FlowSteps, "of a flow at each level in a synthesis");
     AddNumber(known, "--base-noise-amplitude", o.BaseNoiseAmplitude,
       "of a flow: largest noise of the level before, in its mean edge lengths");
-    AddNumber(
-      known, "--base-samples", o.BaseSamples, "of a flow: samples of the level before that each level learns on");
+    AddNumber(known, "--base-samples", o.BaseSamples,
+      "of a flow: samples of the level before that each level learns on; 0: the reference's");
     AddNumber(known, "--projections", o.Projections, "directions of the sliced Wasserstein distance in a step");
     AddNumber(known, "--discriminator-steps", o.DiscriminatorSteps, "in an iteration");
     AddNumber(known, "--generator-steps", o.GeneratorSteps, "in an iteration");

@@ -147,7 +147,10 @@ std::map<std::string, std::string> GeometricTextureTrainer::Internals::Recipe() 
   {
     recipe["objective"] = "flow_matching"; // steps matter to a synthesis alone
     recipe["base_noise_amplitude"] = FormatExact(o.BaseNoiseAmplitude);
-    recipe["base_samples"] = std::to_string(o.BaseSamples);
+    if (o.BaseSamples != 0) // checkpoints of trainings that could have none have no entry
+    {
+      recipe["base_samples"] = std::to_string(o.BaseSamples);
+    }
   }
   return recipe;
 }

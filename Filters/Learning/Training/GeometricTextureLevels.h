@@ -37,11 +37,10 @@ struct GeometricTextureReference
 {
   GeometricTextureLevels Levels;
   SinglePoints ReconstructionNoise; ///< [V of level 0, 3]
-  /// Base of the reconstruction, before it is displaced: of levels above 0 the output of the frozen levels for that noise,
-  /// of a flow the level before.
+  /// Base of the reconstruction, before it is displaced: of levels above 0 the output of the frozen levels for that noise.
   torch::Tensor ReconstructionStart;
-  std::vector<torch::Tensor>
-    Bases; ///< of a flow, [V of the level before, 3] each: what that level may be in a synthesis
+  /// Of a flow above level 0: samples of the level before, [V of that level, 3] each.
+  std::vector<torch::Tensor> Bases;
 };
 
 /// @throws InvalidInput when the dataset is not one of CheckDataset(), or a mesh does not meet

@@ -176,7 +176,7 @@ void GeometricTextureTrainer::Internals::GeneratorStep(std::int64_t slot, Geomet
   this->TakeStep(*this->GeneratorAdam, generator, losses.Adversarial + losses.Reconstruction);
 }
 
-/// A sample of the level before whose features are where the reference has them, [V, 3]: restarts of its flow [Meng2022].
+/// A sample of the level before, [V, 3], with features where the reference has them: restarts of its flow [Meng2022].
 torch::Tensor GeometricTextureTrainer::Internals::NearReference(std::int64_t sample)
 {
   const auto below = static_cast<std::size_t>(*this->Current - 1);
@@ -201,7 +201,7 @@ torch::Tensor GeometricTextureTrainer::Internals::NearReference(std::int64_t sam
   return base + offset;
 }
 
-/// Makes what the level before may be in a synthesis, of each reference.
+/// Draws samples of the level before, near each reference.
 void GeometricTextureTrainer::Internals::SampleBases()
 {
   for (this->Drawn = 0; this->Drawn < this->References.size(); ++this->Drawn)
@@ -215,26 +215,27 @@ void GeometricTextureTrainer::Internals::SampleBases()
   this->Drawn = 0;
 }
 
-/// The level before, subdivided: what a flow displaces. Above level 0 one of its samples, with noise: the output of the levels
-/// below is never the reference.
+/// The level before, subdivided: what a flow displaces. Above level 0 one of its samples, with noise: in a synthesis it is
+/// never the reference's.
 torch::Tensor GeometricTextureTrainer::Internals::FlowBase(std::int64_t slot)
 {
   if (*this->Current == 0)
   {
-    return this->Reference().ReconstructionStart;
+    return this->Reference().Levels.Start;
   }
   const std::int64_t below = *this->Current - 1;
   const GeometricTextureLevelData& data = this->Reference().Levels.Data[static_cast<std::size_t>(below)];
   const std::vector<torch::Tensor>& bases = this->Reference().Bases;
   NormalKey key = this->KeyOfIteration();
   key.Component = BaseComponent + static_cast<std::uint32_t>(slot);
-  const auto drawn = static_cast<std::size_t>(Uniform(key, 1) * static_cast<double>(bases.size()));
   const double amplitude = this->Options.BaseNoiseAmplitude * Uniform(key, 0);
-  return DoubledSubdivision(
-    (bases.empty() ? data.Real : bases[drawn]) + this->Noise(slot, below, amplitude), data.Parents);
+  const auto count = static_cast<std::int64_t>(bases.size());
+  const torch::Tensor& before = bases.empty() ? data.Real
+                                              : bases[static_cast<std::size_t>(UniformIndex(key, 1, count))];
+  return DoubledSubdivision(before + this->Noise(slot, below, amplitude), data.Parents);
 }
 
-/// Of one step with noise of its own, from the level before of the reference.
+/// Of one step with noise of its own, from the level before.
 void GeometricTextureTrainer::Internals::FlowStep(std::int64_t slot, GeometricTextureLosses& losses)
 {
   const GeometricTextureLevelData& data = this->Data();

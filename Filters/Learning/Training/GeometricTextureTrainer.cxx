@@ -113,7 +113,7 @@ void CheckOptions(const GeometricTextureTrainingOptions& options)
   const OptionChecks check("GeometricTextureTrainingOptions");
   check.Count("FlowSteps", options.FlowSteps, 1, 1000);
   check.Weight("BaseNoiseAmplitude", options.BaseNoiseAmplitude);
-  check.Count("BaseSamples", options.BaseSamples, 0, 1000);
+  check.Count("BaseSamples", options.BaseSamples, 0, 100);
   check.Count("Projections", options.Projections, 1, 10000);
   check.Iterations("IterationsPerLevel", options.IterationsPerLevel);
   for (std::size_t k = 0; k < options.IterationsOfLevels.size(); ++k)
@@ -276,13 +276,6 @@ void GeometricTextureTrainer::Internals::BeginLevel(std::int64_t level)
   const torch::NoGradGuard noGradients;
   if (this->Options.Objective == TextureObjective::FlowMatching)
   {
-    for (GeometricTextureReference& reference : this->References)
-    {
-      const auto number = static_cast<std::size_t>(level);
-      reference.ReconstructionStart = level == 0
-        ? reference.Levels.Start
-        : DoubledSubdivision(reference.Levels.Data[number - 1].Real, reference.Levels.Data[number - 1].Parents);
-    }
     this->SampleBases();
     return;
   }

@@ -37,7 +37,7 @@ struct GeometricTextureTrainingOptions : ModelTrainingOptions
   std::int64_t FlowSteps = 10;      ///< of the flow at each level in a synthesis, 1 to 1000
   /// Of a flow: largest standard deviation of noise on each coordinate of the level before, in its mean edge lengths; >= 0
   double BaseNoiseAmplitude = 0.1;
-  /// Of a flow: samples of the level before, near the reference, that take its place as base, 0 to 1000; 0: the reference's
+  /// Of a flow: samples of the level before, near the reference, that take its place as base, 0 to 100; 0: none do
   std::int64_t BaseSamples = 8;
   std::int64_t Projections = 64;          ///< directions of the sliced Wasserstein distance in a step, 1 to 10000
   std::int64_t IterationsPerLevel = 2000; ///< >= 1
@@ -71,20 +71,19 @@ std::vector<std::int64_t> IterationsOfEachLevel(const GeometricTextureTrainingOp
 ///
 /// With TextureObjective::SlicedWasserstein there is no discriminator: the distance of the features of the generated mesh
 /// from those of the reference (CompareGeometricTextures(), 1, 3 and 6 rings, in as many random directions as
-/// Projections) takes the place of its value. With TextureObjective::FlowMatching a level learns from the reference alone,
-/// without the levels below: with b the level before, subdivided, d = reference - b, noise n and a time t uniform in
-/// [0, 1], the network gets b + (1 - t) n + t d and is to give d - n. It is not told t, which the noise shows. In a synthesis b
-/// comes from the level below, which is never quite the reference: therefore b has noise too in the training, of a standard
-/// deviation uniform in [0, BaseNoiseAmplitude] (conditioning augmentation [Ho2022]), and is one of BaseSamples samples of the
-/// level before: its displacements on the reference, twice mixed with noise as at half of the time of the flow, which goes on
-/// from there [Meng2022], so that features are where the reference has them, and shaped as the network shapes them. The
-/// network of a flow does not reconstruct the reference.
+/// Projections) takes the place of its value. With TextureObjective::FlowMatching, with b the level before of the reference,
+/// subdivided, d = reference - b, noise n and a time t uniform in [0, 1], the network gets b + (1 - t) n + t d and is to give
+/// d - n. It is not told t, which the noise shows. In a synthesis b comes from the level below, which is never quite the
+/// reference. Therefore b is one of BaseSamples samples of the level below in the training: the displacements of the
+/// reference, twice mixed with noise as at half of the time of the flow, from where it goes on in five steps [Meng2022], so that
+/// features are where the reference has them, and shaped as that level shapes them. And b has noise of a standard deviation
+/// uniform in [0, BaseNoiseAmplitude] (conditioning augmentation [Ho2022]). A flow does not reconstruct the reference.
 ///
 /// Of several references, each a surface with the same texture, each iteration draws one: surfaces of other curvature,
 /// for textures that are to grow on such. Their triangles should be of the same size beside the features of the
 /// texture. The model has the template of the first one, and statistics of channels over all.
 ///
-/// Everything random is a pure function of (seed, level, iteration, step), so that a training that was interrupted and
+/// Everything random is a pure function of (seed, level, iteration or sample, step), so that a training that was interrupted and
 /// resumed gives the weights of one that was not, bit for bit with the same number of threads on the same machine.
 class GeometricTextureTrainer : public ModelTrainer
 {

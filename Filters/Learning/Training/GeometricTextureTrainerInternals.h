@@ -70,7 +70,7 @@ private:
   std::int64_t InLevel(std::int64_t iteration) const;
   /// Seed, stream and sample of random numbers of this iteration.
   NormalKey KeyOfIteration() const;
-  /// The same for its level, whose iterations are samples.
+  /// Seed and stream of random numbers of this level.
   NormalKey KeyOfLevel() const;
   double LearningRateAt(std::int64_t iteration) const;
   void AppendLosses(std::int64_t iteration, const GeometricTextureLosses& losses);

@@ -347,13 +347,16 @@ TEST_F(GeometricTextureTraining, TheBaseOfAFlowIsASampleNearTheReference)
   GeometricTextureTrainingOptions options = TinyGeometricTexture();
   options.Objective = TextureObjective::FlowMatching;
   options.BaseNoiseAmplitude = 0.0;
-  options.IterationsPerLevel = 1;
   options.IterationsOfLevels = { 3, 3 };
   const auto lossesOf = [&](std::int64_t samples) {
     options.BaseSamples = samples;
     return Trained(options, 2, 6).History().Column("reconstruction_loss");
   };
   const std::vector<double> exact = lossesOf(0), one = lossesOf(1), eight = lossesOf(8);
+  options.BaseNoiseAmplitude = 0.5;
+  const std::vector<double> noisy = lossesOf(0);
+  options.BaseNoiseAmplitude = 0.0;
+  options.BaseSamples = 8;
   for (std::size_t k = 0; k < 3; ++k)
   {
     EXPECT_EQ(exact[k], eight[k]) << "level 0 has its template";
@@ -361,6 +364,7 @@ TEST_F(GeometricTextureTraining, TheBaseOfAFlowIsASampleNearTheReference)
   EXPECT_NE(exact[3], one[3]);
   EXPECT_NE(one, eight);
   EXPECT_NEAR(eight[3], exact[3], 0.5 * exact[3]) << "near the reference";
+  EXPECT_GT(noisy[3], 1.5 * exact[3]) << "what is not near it has another loss";
   ExpectExactResumption(SphereAndTorus(), options, this->File("checkpoint"));
 }
 
@@ -514,6 +518,7 @@ TEST_F(GeometricTextureTraining, RefusesOptionsOutOfTheirRange)
   EXPECT_THAT(refusal([](auto& o) { o.FlowSteps = 0; }), HasSubstr("FlowSteps is 0"));
   EXPECT_THAT(refusal([](auto& o) { o.BaseNoiseAmplitude = -0.1; }), HasSubstr("BaseNoiseAmplitude is -0.1"));
   EXPECT_THAT(refusal([](auto& o) { o.BaseSamples = -1; }), HasSubstr("BaseSamples is -1"));
+  EXPECT_THAT(refusal([](auto& o) { o.BaseSamples = 101; }), HasSubstr("BaseSamples is 101"));
   EXPECT_THAT(refusal([](auto& o) { o.Projections = 0; }), HasSubstr("Projections is 0"));
   EXPECT_THAT(refusal([](auto& o) { o.GeneratorSteps = 1001; }), HasSubstr("GeneratorSteps is 1001"));
   EXPECT_THAT(refusal([&](auto& o) { o.LearningRate = nan; }), HasSubstr("LearningRate is nan"));

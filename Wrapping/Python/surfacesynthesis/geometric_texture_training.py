@@ -234,9 +234,9 @@ def train_geometric_texture(
         Of a flow, largest standard deviation of the noise that each coordinate of the level before gets in the training, in mean
         edge lengths of that level, at least 0: in a synthesis that level is never quite the reference's. Default 0.1.
     base_samples : int
-        Of a flow, number of samples of the level before that a level learns on, from 0 to 1000: with features where the
-        reference has them, shaped as the network of that level shapes them in a synthesis. 0: on the level before of the
-        reference. Default 8.
+        Of a flow, number of samples of the level before that a level learns on, from 0 to 100: features are where the
+        reference has them, and shaped as the level before shapes them in a synthesis. With 0 the levels of the reference take
+        their place. Default 8.
     projections : int
         Random directions of the sliced Wasserstein distance in each step, from 1 to 10000. Default 64.
     discriminator_steps, generator_steps : int
@@ -304,7 +304,7 @@ def configured_trainer(
     algorithm.SetObjective(choice("objective", objective, OBJECTIVES))
     algorithm.SetFlowSteps(count("flow_steps", flow_steps, 1, 1000))
     algorithm.SetBaseNoiseAmplitude(in_range("base_noise_amplitude", base_noise_amplitude, 0.0, 1e6))
-    algorithm.SetNumberOfBaseSamples(count("base_samples", base_samples, 0, 1000))
+    algorithm.SetNumberOfBaseSamples(count("base_samples", base_samples, 0, 100))
     algorithm.SetNumberOfProjections(count("projections", projections, 1, 10000))
     algorithm.SetDiscriminatorSteps(count("discriminator_steps", discriminator_steps, 1, 1000))
     algorithm.SetGeneratorSteps(count("generator_steps", generator_steps, 1, 1000))

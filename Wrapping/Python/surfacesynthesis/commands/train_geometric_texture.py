@@ -39,7 +39,7 @@ _NUMBERS = {
         ("flow-steps", int, 10, "N", "steps of a flow at each level of a synthesis"),
         ("base-noise-amplitude", float, 0.1, "A",
          "of a flow: largest noise of the level before in the training, in its mean edge lengths"),
-        ("base-samples", int, 8, "N", "of a flow: samples of the level before that each level learns on"),
+        ("base-samples", int, 8, "N", "of a flow: samples of the level before that each level learns on; 0: the reference's own"),
         ("projections", int, 64, "N", "directions of the sliced Wasserstein distance in a step"),
         ("discriminator-steps", int, 2, "N", "steps of the discriminator in an iteration"),
         ("generator-steps", int, 3, "N", "steps of the generator in an iteration"),
