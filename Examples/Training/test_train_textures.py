@@ -43,16 +43,18 @@ def check_refusals(folder):
 def check_documented_commands():
     """Each command of the README is one that the script takes."""
     with open(os.path.join(HERE, "README.md"), encoding="utf-8") as file:
-        commands = re.findall(r"^python3 Examples/Training/train_textures\.py (.*)$", file.read(), re.MULTILINE)
-    assert len(commands) == 7, commands
+        text = file.read().replace("\\\n", " ")
+    commands = re.findall(r"^python3 Examples/Training/train_textures\.py (.*)$", text, re.MULTILINE)
+    assert len(commands) == 8, commands
     options = [train_textures.parsed(shlex.split(command, comments=True)) for command in commands]
     several = options[[len(one.surfaces or []) for one in options].index(3)]
     assert several.only == ["spikes", "knobs"] and several.iterations == [2000, 2000, 600, 300], several
     assert len(several.iterations) == several.levels
     flows = [one for one in options if one.objective == "flow_matching"]
-    assert [train_textures.recipe_of(one)["layers"] for one in flows] == [7, 12], flows
+    assert [train_textures.recipe_of(one)["layers"] for one in flows] == [7, 12, 12], flows
+    assert [train_textures.recipe_of(one)["base_samples"] for one in flows] == [0, 8, 0], flows
     surfaces = [[train_textures.surfaces_of(one, name) for name in ("knobs", "labyrinth")] for one in flows]
-    assert surfaces == [[["ball"]] * 2, [["ball", "torus"], ["ball"]]], surfaces
+    assert surfaces == [[["ball"]] * 2, *[[["ball", "torus"], ["ball"]]] * 2], surfaces
     assert all(len(train_textures.recipe_of(one)["iterations"]) == one.levels for one in flows)
 
 
