@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Tests body_space.py and unseen_bodies.py on a limb of few bones: ``test_body_space.py FOLDER``. Run by CTest."""
 
+import argparse
 import csv
 import os
 import shutil
@@ -10,6 +11,7 @@ import numpy as np
 
 import body_space
 import carrying
+import damage
 import encoder_error
 import make_bodies
 import surfacesynthesis
@@ -174,6 +176,11 @@ def check_table(folder):
     with open(table, newline="", encoding="utf-8") as file:
         assert [float(row["distance"]) for row in csv.DictReader(file)] == [row["distance"] for row in rows]
     assert len(body_space.main([folder, "--faces", "400", "--samples", "2"])) == 2
+    damage.POSES_SEEN = 2
+    points, triangles, space = damage.body(argparse.Namespace(bodies=folder, vertices=150))
+    assert len(points) == len(space.mesh[0]) and triangles.max() == len(points) - 1 and len(space.poses) == 2
+    left = np.unique(damage.half_of(points, triangles))
+    assert len(left) < 0.8 * len(points) and space.seen_at(left).residuals(space.poses[:, left]).max() < 1e-3
 
 
 def check_unseen_bodies(folder):
