@@ -90,10 +90,10 @@ FILTERS = {
     "vtkGeometricTextureFromExample": Example(
         "To give a surface the relief of another one at once, from a piece of a scan for instance. Where many surfaces are to get "
         "one texture, or more than the example shows is wanted, train vtkGeometricTextureSynthesizer.",
-        "Gallery/textures_from_example.png", "bunny.ply", {"Seed": 1, "Subdivisions": 1},
-        'mesh = ss.read_mesh("bunny.ply")\nexample = ss.read_mesh("bark.ply")\n'
-        'mesh = ss.geometric_texture_from_example(mesh, example, seed=1, subdivisions=1)\nss.write_mesh(mesh, "barky.ply")',
-        "geometric-texture-from-example bunny.ply bark.ply barky.ply --seed 1 --subdivisions 1", (("Example", "bark.ply"),)),
+        "Gallery/scan_textures.png", "bunny.ply", {"ExampleFileName": "mountains", "Seed": 1, "Subdivisions": 1},
+        'mesh = ss.read_mesh("bunny.ply")\n'
+        'mesh = ss.geometric_texture_from_example(mesh, "mountains", seed=1, subdivisions=1)\nss.write_mesh(mesh, "rocky.ply")',
+        "geometric-texture-from-example bunny.ply mountains rocky.ply --seed 1 --subdivisions 1"),
     "vtkFieldLatentEncoder": Example(
         "To carry a texture to another triangulation, and to prepare one for training.",
         _PARAVIEW + "FieldLatentEncoder.png", "duck.obj", {"ModelFileName": "field_latents"},

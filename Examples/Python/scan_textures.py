@@ -4,11 +4,13 @@
 
     xvfb-run -a python3 scan_textures.py --output DIR
     python3 scan_textures.py --write DIR
+    python3 scan_textures.py --examples DIR
     python3 scan_textures.py --distances
     xvfb-run -a python3 scan_textures.py --output DIR --scan FILE --center X Y Z --radius R --smoothing-length L
 
-The textures: folds of a cortex, curls of a guardian lion's mane, scales on the armadillo's shin and fur of the bunny. No scan
-is shipped; pieces are cut on this machine, from Debian's packages libcgal-demo and mricron-data. CROPS is the table of them.
+The textures: folds of a cortex, curls of a guardian lion's mane, ridges of a landscape, twice as high as they are, scales on the
+armadillo's shin and fur of the bunny. Pieces are cut on this machine, from Debian's packages libcgal-demo, mricron-data and
+python3-matplotlib. CROPS is the table of them.
 Writes
 
     scan_textures.png           rows: textures; columns: the scan, the piece of it, and that texture on a sphere, a bear and a
@@ -16,11 +18,13 @@ Writes
     scan_texture_*_TARGET.vtp   the surfaces, with displacements
 
 and with --write only the pieces, as scan_NAME.vtp, and a line for each: the command that grows its texture on a surface.
+--examples writes those whose license is free as example files, NAME.safetensors, for Examples/Models.
 --distances prints how far syntheses, another piece of the scan and bare targets are from the piece. --scan takes the piece from
 a file of one's own.
 """
 
 import argparse
+import json
 import os
 import sys
 from typing import NamedTuple, Optional
@@ -28,6 +32,8 @@ from typing import NamedTuple, Optional
 import gallery_rendering as rendering
 import numpy as np
 import surfacesynthesis
+from surfacesynthesis.datasets import given_dataset
+from surfacesynthesis.safetensors import write_safetensors
 from textures_from_example import add_vectors, piece_of, points_of, synthesized
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkPolyData
@@ -42,6 +48,11 @@ from make_datasets import in_one_piece, surface  # noqa: E402
 BRAIN = "/usr/share/mricron/templates/ch2bet.nii.gz"  # Debian's package mricron-data
 #: Isovalue between cortex and what surrounds it.
 CORTEX = 50
+#: Heights of a landscape above the sea, meters, from Debian's package python3-matplotlib; and what they are multiplied with.
+LANDSCAPE = "/usr/share/matplotlib/mpl-data/sample_data/jacksboro_fault_dem.npz"
+HEIGHTS = 2.0
+#: Meters for a degree of latitude.
+DEGREE = 111.2e3
 SIZE = (420, 420)
 #: Height of a picture of a target over the height of the target.
 MARGIN = 1.12
@@ -54,7 +65,7 @@ MARKED = (0.15, 0.35, 0.75)
 class Crop(NamedTuple):
     """A piece of a scan: an example. Lengths are in the units of the scan."""
 
-    #: "brain", the name of a surface in libcgal-demo, or a file.
+    #: "brain", "landscape", the name of a surface in libcgal-demo, or a file.
     scan: str
     #: The ball that the piece lies in: the point of the scan closest to this, and the radius.
     center: tuple
@@ -67,14 +78,24 @@ class Crop(NamedTuple):
     direction: Optional[tuple] = None
     #: Center of another piece, which --distances compares with this one.
     other: Optional[tuple] = None
+    #: Where the scan comes from, and its license as that package states it; None for one that is not free.
+    origin: Optional[tuple] = None
 
 
 #: Scans with a texture.
 CROPS = {
-    "cortex": Crop("brain", (60.0, -15.0, 45.0), 50.0, 6500, 16.0, other=(-60.0, -15.0, 45.0)),
+    "cortex": Crop(
+        "brain", (60.0, -15.0, 45.0), 50.0, 6500, 16.0, other=(-60.0, -15.0, 45.0),
+        origin=("Debian's mricron-data, templates/ch2bet.nii.gz, surface of isovalue 50", "BSD-3-Clause"),
+    ),  # fmt: skip
     "mane": Crop(
-        "ChineseDragon-10kv", (-3.0, 46.0, -978.0), 21.0, 2500, 9.0, direction=(1.0, 0.0, 0.0), other=(-2.0, 59.0, -959.0)
-    ),
+        "ChineseDragon-10kv", (-3.0, 46.0, -978.0), 21.0, 2500, 9.0, direction=(1.0, 0.0, 0.0), other=(-2.0, 59.0, -959.0),
+        origin=("Debian's libcgal-demo, data/meshes/ChineseDragon-10kv.off", "CC0-1.0"),
+    ),  # fmt: skip
+    "mountains": Crop(
+        "landscape", (6500.0, 14000.0, 1000.0), 6000.0, 4200, 1800.0, other=(8500.0, 5200.0, 1000.0),
+        origin=("Debian's python-matplotlib-data, jacksboro_fault_dem.npz, heights doubled", "Matplotlib license"),
+    ),  # fmt: skip
     "scales": Crop("armadillo", (27.0, -28.0, 3.0), 9.0, 1800, 3.5, other=(-27.0, -28.0, 3.0)),
     "fur": Crop("bunny00", (0.1, -0.22, 0.4), 0.16, 1700, 0.08, other=(0.1, 0.02, 0.36)),
 }
@@ -96,8 +117,22 @@ TARGETS = {
 }
 
 
+def landscape():
+    """Squares of the measured heights, two triangles each: x to the east, y to the north, z up, meters."""
+    data = np.load(LANDSCAPE)
+    heights = data["elevation"].astype(float)[::-1]
+    to_east = float(data["dx"]) * DEGREE * np.cos(np.deg2rad(0.5 * float(data["ymin"] + data["ymax"])))
+    rows, columns = heights.shape
+    x, y = np.meshgrid(to_east * np.arange(columns), float(data["dy"]) * DEGREE * np.arange(rows))
+    first = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()[:, None]
+    triangles = np.concatenate([first + (0, 1, columns + 1), first + (0, columns + 1, columns)])
+    return given_dataset((np.stack([x, y, HEIGHTS * heights], axis=-1).reshape(-1, 3), triangles))
+
+
 def scan_of(crop):
     """The scan of a crop, in one piece."""
+    if crop.scan == "landscape":
+        return landscape()
     if crop.scan == "brain":
         volume = surfacesynthesis.read_volume(BRAIN)
         smooth = {"smoothing": "mean_curvature", "smoothing_iterations": 2}
@@ -218,6 +253,25 @@ def write_examples(crops, folder):
         print(" ".join(["geometric-texture-from-example", "TARGET", path, "OUTPUT", *words]), flush=True)
 
 
+def write_example_files(crops, folder):
+    """Pieces that may be given away, as files that geometric_texture_from_example() knows by their names."""
+    os.makedirs(folder, exist_ok=True)
+    for name, crop in crops.items():
+        if crop.origin is None:
+            continue
+        example, parameters = example_of(crop, scan_of(crop))
+        triangles = vtk_to_numpy(example.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+        tensors = {"points": points_of(example), "triangles": triangles}
+        if crop.direction is not None:
+            tensors["directions"] = vtk_to_numpy(example.GetPointData().GetArray(parameters["example_orientation"]))
+        described = {"name": name, "smoothing_length": crop.smoothing_length}
+        texts = {"architecture": "geometric_texture_example", "format_version": "1"}
+        texts.update(geometric_texture_example=json.dumps(described), origin=crop.origin[0], license=crop.origin[1])
+        path = os.path.join(folder, f"{name}.safetensors")
+        write_safetensors(path, tensors, texts)
+        print(f"wrote {path}: {example.GetNumberOfCells():,} triangles", flush=True)
+
+
 def evenly_remeshed(mesh, length):
     """The surface with triangles whose mean edge is ``length`` to one per cent: distances see the size of triangles."""
     asked = length
@@ -289,6 +343,7 @@ def arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     work = parser.add_mutually_exclusive_group()
     work.add_argument("--write", metavar="DIR", help="write the pieces only, as files, and print commands")
+    work.add_argument("--examples", metavar="DIR", help="write the free pieces only, as example files")
     work.add_argument("--distances", action="store_true", help="print a table of distances only")
     parser.add_argument("--output", metavar="DIR", help="folder of the picture and the surfaces")
     parser.add_argument("--seed", type=int, default=1, help="default: 1")
@@ -305,8 +360,8 @@ def arguments():
     own.add_argument("--smoothing-length", type=float, help="about the width of a feature, units of the scan")
     own.add_argument("--direction", nargs=3, type=float, metavar=("X", "Y", "Z"), help="of the texture")
     options = parser.parse_args()
-    if options.write is None and not options.distances and options.output is None:
-        parser.error("one of --output, --write and --distances is required")
+    if options.write is None and options.examples is None and not options.distances and options.output is None:
+        parser.error("one of --output, --write, --examples and --distances is required")
     return options
 
 
@@ -315,6 +370,8 @@ def main():
     crops = {name: CROPS[name] for name in options.only} if options.scan is None else own_crop(options)
     if options.write is not None:
         write_examples(crops, options.write)
+    elif options.examples is not None:
+        write_example_files(crops, options.examples)
     elif options.distances:
         print_distances(crops, options)
     else:

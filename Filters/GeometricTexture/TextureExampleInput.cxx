@@ -58,7 +58,7 @@ Surface Convert(vtkPolyData* data, const std::string& words)
 
 bool TextureExampleInput::Key::operator==(const Key& other) const
 {
-  return this->Textured == other.Textured && this->Plain == other.Plain &&
+  return this->Textured == other.Textured && this->Plain == other.Plain && this->File == other.File &&
     this->SmoothingLength == other.SmoothingLength && this->Directions.rows() == other.Directions.rows() &&
     (this->Directions.array() == other.Directions.array()).all();
 }
@@ -66,25 +66,25 @@ bool TextureExampleInput::Key::operator==(const Key& other) const
 void TextureExampleInput::Read(vtkInformationVector* textured, vtkInformationVector* plain,
   const std::string& orientationArrayName, double smoothingLength)
 {
-  const vtkSmartPointer<vtkPolyData> data = RequireSurface(textured, this->Words);
-  const Surface surface = Convert(data, this->Words);
+  const vtkSmartPointer<vtkPolyData> data = RequireSurface(textured, this->Words.Textured);
+  const Surface surface = Convert(data, this->Words.Textured);
   const UsedPoints points(surface.Mesh);
   Key key;
   key.Textured = surface.MeshHash();
   if (!orientationArrayName.empty())
   {
-    key.Directions = Named(this->Words, [&] {
+    key.Directions = Named(this->Words.Textured, [&] {
       return ReadPointRows(data, points, { orientationArrayName, "ExampleOrientationArrayName" }, 3);
     });
   }
   std::optional<Surface> form;
   if (plain->GetNumberOfInformationObjects() > 0)
   {
-    form = Convert(RequireSurface(plain, this->PlainWords), this->PlainWords);
+    form = Convert(RequireSurface(plain, this->Words.Plain), this->Words.Plain);
     key.Plain = form->MeshHash();
     if (form->Mesh.NumberOfPoints() != surface.Mesh.NumberOfPoints())
     {
-      throw InvalidInput(this->PlainWords + " has " + std::to_string(form->Mesh.NumberOfPoints()) +
+      throw InvalidInput(this->Words.Plain + " has " + std::to_string(form->Mesh.NumberOfPoints()) +
         " points in place of " + std::to_string(surface.Mesh.NumberOfPoints()) +
         "; the same triangles with other points are needed.");
     }
@@ -102,6 +102,37 @@ void TextureExampleInput::Read(vtkInformationVector* textured, vtkInformationVec
   if (form)
   {
     this->Form = UsedPoints(form->Mesh).Compact(form->Mesh);
+  }
+  this->Known = std::move(key);
+}
+
+void TextureExampleInput::Read(
+  const std::shared_ptr<const TextureExampleFile>& file, bool isOriented, double smoothingLength)
+{
+  Key key;
+  key.File = file;
+  if (isOriented)
+  {
+    if (file->Directions.rows() == 0)
+    {
+      throw InvalidInput(this->Words.FileName + ": \"" + file->Name +
+        "\" has no direction; an example with one is needed with OrientationArrayName.");
+    }
+    key.Directions = file->Directions;
+  }
+  if (file->PlainPoints.rows() == 0)
+  {
+    key.SmoothingLength = smoothingLength > 0.0 ? smoothingLength : file->SmoothingLength;
+  }
+  if (key == this->Known)
+  {
+    return;
+  }
+  this->Clear();
+  this->Textured = file->Textured;
+  if (file->PlainPoints.rows() > 0)
+  {
+    this->Form = { file->PlainPoints, file->Textured.Triangles };
   }
   this->Known = std::move(key);
 }
@@ -133,7 +164,7 @@ ExampleScaleCounts TextureExampleInput::Scales()
   if (!this->Counts)
   {
     this->FindForm();
-    this->Counts = Named(this->Words, [&] { return CountExampleScales(this->Textured, *this->Form); });
+    this->Counts = Named(this->Source(), [&] { return CountExampleScales(this->Textured, *this->Form); });
   }
   return *this->Counts;
 }
@@ -148,7 +179,7 @@ std::shared_ptr<const GeometricTextureExample> TextureExampleInput::Patches(int 
     options.Scales = scales;
     options.Directions = this->Known.Directions;
     options.Margin = this->Margin;
-    this->Cut = Named(this->Words,
+    this->Cut = Named(this->Source(),
       [&] { return std::make_shared<const GeometricTextureExample>(this->Textured, *this->Form, options, progress); });
     this->CutScales = scales;
   }

@@ -6,6 +6,7 @@
 #include "Core/Common/Progress.h"
 #include "Core/Mesh/TriangleMesh.h"
 #include "Inference/GeometricTexture/GeometricTextureExample.h"
+#include "Inference/GeometricTexture/TextureExampleFile.h"
 
 #include <cstdint>
 #include <memory>
@@ -18,14 +19,20 @@ class vtkInformationVector;
 namespace surfsynth
 {
 
-/// Example that a filter has on an input port, and its patches, which are kept until it changes.
+/// Words for an example in messages.
+struct TextureExampleWords
+{
+  std::string Textured; ///< "The example on port 1"
+  std::string Plain;    ///< "The plain example on port 2"
+  std::string FileName; ///< "ExampleFileName"
+};
+
+/// Example that a filter has on an input port or in a file, and its patches, which are kept until it changes.
 class TextureExampleInput
 {
 public:
-  /// @param words "The example on port 1" @param plainWords "The plain example on port 2", for messages
-  TextureExampleInput(std::string words, std::string plainWords)
+  explicit TextureExampleInput(TextureExampleWords words)
     : Words(std::move(words))
-    , PlainWords(std::move(plainWords))
   {}
 
   /// Reads the example. @param plain port of the one without texture, which may have no connection
@@ -34,6 +41,11 @@ public:
   /// @throws InvalidInput when it is no surface, or one that does not meet GeometricTextureExample::Requirements()
   void Read(vtkInformationVector* textured, vtkInformationVector* plain, const std::string& orientationArrayName,
     double smoothingLength);
+  /// Takes the example of a file.
+  /// @param isOriented true where the direction of its texture is needed
+  /// @param smoothingLength of the form of an example without a plain one, world units; 0 for that of the file
+  /// @throws InvalidInput when it has no direction and needs one
+  void Read(const std::shared_ptr<const TextureExampleFile>& file, bool isOriented, double smoothingLength);
   /// Forgets the example and its patches.
   void Clear();
   /// Counts the scales of the example that Read() has read. @throws InvalidInput, SolverFailure
@@ -47,8 +59,9 @@ private:
   /// Inputs that the form and the patches depend on.
   struct Key
   {
-    std::uint64_t Textured = 0; ///< hash
-    std::uint64_t Plain = 0;    ///< hash; 0 without a plain example
+    std::uint64_t Textured = 0;                     ///< hash
+    std::uint64_t Plain = 0;                        ///< hash; 0 without a plain example
+    std::shared_ptr<const TextureExampleFile> File; ///< null for an example on a port
     double SmoothingLength = 0.0;
     PointMatrix Directions;
 
@@ -56,8 +69,9 @@ private:
   };
 
   void FindForm();
+  const std::string& Source() const { return this->Known.File ? this->Words.FileName : this->Words.Textured; }
 
-  std::string Words, PlainWords;
+  TextureExampleWords Words;
   Key Known; ///< what was read last
   TriangleMesh Textured;
   std::optional<TriangleMesh> Form; ///< the plain example, or the smooth form once it is needed

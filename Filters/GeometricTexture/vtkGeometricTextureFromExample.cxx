@@ -3,9 +3,11 @@
 
 #include "BlockBridge.h"
 #include "BlockCache.h"
+#include "FileCache.h"
 #include "FilterSupport.h"
 #include "GeometricTextureMask.h"
 #include "GeometricTextureSurface.h"
+#include "InstalledModelList.h"
 #include "PointRows.h"
 #include "PrintabilityCount.h"
 #include "Reporting.h"
@@ -17,8 +19,10 @@
 #include "Core/Common/Errors.h"
 #include "Core/Mesh/MidpointSubdivision.h"
 #include "Core/Mesh/UsedPoints.h"
+#include "IO/Weights/InstalledModels.h"
 #include "Inference/GeometricTexture/ExampleSynthesis.h"
 #include "Inference/GeometricTexture/GeometricTextureExample.h"
+#include "Inference/GeometricTexture/TextureExampleFile.h"
 
 #include <vtkDataObject.h>
 #include <vtkIndent.h>
@@ -41,6 +45,11 @@ namespace
 {
 /// Share of the progress of a block that its synthesis is; the rest is the search for triangles that intersect.
 constexpr double SynthesisPart = 0.8;
+
+constexpr const char* FileAdvice =
+  "A file with an example of a geometric texture is needed, or the name of an installed one (GetInstalledExamples()).";
+
+bool IsConnected(vtkInformationVector* port) { return port->GetNumberOfInformationObjects() > 0; }
 
 /// Returns true for the same request but for the stream, which is that of the block.
 bool SameRequest(const surfsynth::ExampleSynthesisRequest& a, const surfsynth::ExampleSynthesisRequest& b)
@@ -66,13 +75,15 @@ public:
     this->Textures.Begin();
     this->Mismatch = 0.0;
     this->Printability.Begin();
-    const bool isBlend = inputVector[3]->GetNumberOfInformationObjects() > 0;
-    this->CheckProperties(isBlend, inputVector[4]->GetNumberOfInformationObjects() > 0);
-    const std::string& directions = this->Self->ExampleOrientationArrayName;
-    this->FirstInput.Read(inputVector[1], inputVector[2], directions, this->Self->SmoothingLength);
+    const bool isBlend = IsConnected(inputVector[3]) || !this->Self->SecondExampleFileName.empty();
+    this->CheckProperties();
+    this->CheckExamples(inputVector, isBlend);
+    this->Read(
+      this->FirstInput, inputVector + 1, this->FirstFile, this->Self->ExampleFileName, this->Self->SmoothingLength);
     if (isBlend)
     {
-      this->SecondInput.Read(inputVector[3], inputVector[4], directions, this->Self->SecondSmoothingLength);
+      this->Read(this->SecondInput, inputVector + 3, this->SecondFile, this->Self->SecondExampleFileName,
+        this->Self->SecondSmoothingLength);
     }
     else
     {
@@ -143,6 +154,7 @@ public:
   double Mismatch = 0.0;
   vtkTypeInt64 NumberOfSyntheses = 0;
   surfsynth::PrintabilityCount Printability; ///< of this update
+  surfsynth::InstalledModelList Installed;
 
 private:
   struct Texture
@@ -152,6 +164,21 @@ private:
     std::shared_ptr<const surfsynth::GeometricTextureExample> Second;
     surfsynth::ExampleSynthesis Result;
   };
+
+  using File = surfsynth::FileCache<surfsynth::TextureExampleFile>;
+
+  /// Reads the example on the first of two ports, with the plain one on the second, or that of a file.
+  void Read(surfsynth::TextureExampleInput& input, vtkInformationVector** ports, File& file,
+    const std::string& fileName, double smoothingLength) const
+  {
+    if (IsConnected(ports[0]))
+    {
+      input.Read(ports[0], ports[1], this->Self->ExampleOrientationArrayName, smoothingLength);
+      return;
+    }
+    const bool isOriented = !this->Self->OrientationArrayName.empty();
+    input.Read(file.Get(surfsynth::ModelPath(fileName)), isOriented, smoothingLength);
+  }
 
   /// Reduces displacements until no triangles intersect.
   void Separate(const surfsynth::Block& block, const surfsynth::GeometricTextureLevel& synthesized,
@@ -198,7 +225,46 @@ private:
     }
   }
 
-  void CheckProperties(bool isBlend, bool hasSecondPlain) const
+  /// Checks which examples there are, and what belongs to them.
+  void CheckExamples(vtkInformationVector** inputVector, bool isBlend) const
+  {
+    if (!IsConnected(inputVector[1]) && this->Self->ExampleFileName.empty())
+    {
+      throw surfsynth::InvalidInput(
+        std::string("There is no example on port 1, and ExampleFileName is empty; one of them is needed. ") +
+        FileAdvice);
+    }
+    if (IsConnected(inputVector[2]) && !IsConnected(inputVector[1]))
+    {
+      throw surfsynth::InvalidInput(
+        "There is a plain example on port 2, but no example on port 1; both are needed together, "
+        "or none.");
+    }
+    if (isBlend == this->Self->BlendArrayName.empty())
+    {
+      const std::string second = IsConnected(inputVector[3]) ? "There is a second example on port 3"
+                                                             : "SecondExampleFileName is set";
+      throw surfsynth::InvalidInput(isBlend
+          ? second + ", but BlendArrayName is empty; a point array of the target is needed."
+          : "BlendArrayName is set, but there is no second example on port 3, and SecondExampleFileName is empty; the "
+            "array "
+            "and an example are needed together, or none.");
+    }
+    if (IsConnected(inputVector[4]) && !IsConnected(inputVector[3]))
+    {
+      throw surfsynth::InvalidInput("There is a second plain example on port 4, but no second example on port 3; both "
+                                    "are needed together, or none.");
+    }
+    const bool isOnPort = IsConnected(inputVector[1]) || IsConnected(inputVector[3]);
+    if (isOnPort && this->Self->OrientationArrayName.empty() != this->Self->ExampleOrientationArrayName.empty())
+    {
+      throw surfsynth::InvalidInput(std::string("Only ") +
+        (this->Self->OrientationArrayName.empty() ? "ExampleOrientationArrayName" : "OrientationArrayName") +
+        " is set; OrientationArrayName and ExampleOrientationArrayName are needed together, or none.");
+    }
+  }
+
+  void CheckProperties() const
   {
     if (this->Self->Printable)
     {
@@ -207,23 +273,6 @@ private:
     if (this->Self->DisplacementArrayName.empty())
     {
       throw surfsynth::InvalidInput("DisplacementArrayName is empty; a name is needed.");
-    }
-    if (this->Self->OrientationArrayName.empty() != this->Self->ExampleOrientationArrayName.empty())
-    {
-      throw surfsynth::InvalidInput(std::string("Only ") +
-        (this->Self->OrientationArrayName.empty() ? "ExampleOrientationArrayName" : "OrientationArrayName") +
-        " is set; OrientationArrayName and ExampleOrientationArrayName are needed together, or none.");
-    }
-    if (isBlend == this->Self->BlendArrayName.empty())
-    {
-      throw surfsynth::InvalidInput(isBlend
-          ? "There is a second example on port 3, but BlendArrayName is empty; a point array of the target is needed."
-          : "BlendArrayName is set, but there is no second example on port 3; both are needed together, or none.");
-    }
-    if (hasSecondPlain && !isBlend)
-    {
-      throw surfsynth::InvalidInput("There is a second plain example on port 4, but no second example on port 3; both "
-                                    "are needed together, or none.");
     }
     for (const double value : { this->Self->TextureScale, this->Self->SmoothingLength,
            this->Self->SecondSmoothingLength, this->Self->Strength })
@@ -256,8 +305,12 @@ private:
   }
 
   vtkGeometricTextureFromExample* Self;
-  surfsynth::TextureExampleInput FirstInput{ "The example on port 1", "The plain example on port 2" };
-  surfsynth::TextureExampleInput SecondInput{ "The second example on port 3", "The second plain example on port 4" };
+  surfsynth::TextureExampleInput FirstInput{ { "The example on port 1", "The plain example on port 2",
+    "ExampleFileName" } };
+  surfsynth::TextureExampleInput SecondInput{ { "The second example on port 3", "The second plain example on port 4",
+    "SecondExampleFileName" } };
+  File FirstFile{ surfsynth::ReadTextureExample, FileAdvice };
+  File SecondFile{ surfsynth::ReadTextureExample, FileAdvice };
   surfsynth::BlockCache<Texture> Textures;
 };
 
@@ -268,6 +321,16 @@ vtkGeometricTextureFromExample::vtkGeometricTextureFromExample()
 }
 
 vtkGeometricTextureFromExample::~vtkGeometricTextureFromExample() = default;
+
+void vtkGeometricTextureFromExample::SetExampleFileName(const char* name)
+{
+  surfsynth::SetString(this, this->ExampleFileName, name);
+}
+
+void vtkGeometricTextureFromExample::SetSecondExampleFileName(const char* name)
+{
+  surfsynth::SetString(this, this->SecondExampleFileName, name);
+}
 
 void vtkGeometricTextureFromExample::SetOrientationArrayName(const char* name)
 {
@@ -305,10 +368,7 @@ int vtkGeometricTextureFromExample::FillInputPortInformation(int port, vtkInform
   {
     return surfsynth::AcceptBlocks(info, surfsynth::SurfaceToSurface);
   }
-  if (port >= 2)
-  {
-    info->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1);
-  }
+  info->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1);
   return surfsynth::AcceptSurface(info);
 }
 
@@ -347,6 +407,16 @@ int vtkGeometricTextureFromExample::RequestData(
   return done;
 }
 
+vtkStringArray* vtkGeometricTextureFromExample::GetInstalledExamples()
+{
+  return this->Impl->Installed.Names("geometric_texture_example");
+}
+
+const char* vtkGeometricTextureFromExample::GetInstalledExamplesFolder() const
+{
+  return this->Impl->Installed.Folder();
+}
+
 double vtkGeometricTextureFromExample::GetTextureScaleUsed() const { return this->Impl->Scale; }
 
 int vtkGeometricTextureFromExample::GetSubdivisionsUsed() const { return this->Impl->Subdivisions; }
@@ -370,6 +440,8 @@ vtkTypeInt64 vtkGeometricTextureFromExample::GetNumberOfSyntheses() const { retu
 void vtkGeometricTextureFromExample::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
+  os << indent << "ExampleFileName: " << this->ExampleFileName << "\n";
+  os << indent << "SecondExampleFileName: " << this->SecondExampleFileName << "\n";
   os << indent << "Seed: " << this->Seed << "\n";
   os << indent << "TextureScale: " << this->TextureScale << "\n";
   os << indent << "Subdivisions: " << this->Subdivisions << "\n";

@@ -17,13 +17,13 @@
  * points, no degenerate triangle, no edge with more than two triangles and consistent winding; the error message names the
  * defect, the first offending cell or point and the filter that repairs it. Empty input gives empty output.
  * @par
- * Port 1: the example, a vtkPolyData as for port 0, such as a piece of a scan.
+ * Port 1, optional: the example, a vtkPolyData as for port 0, such as a piece of a scan. Without it that of ExampleFileName.
  * @par
  * Port 2, optional: the example without its texture, with the same triangles. Without it that is the smooth form of the
  * example: see SmoothingLength.
  * @par
- * Port 3, optional: a second example, for a blend of two textures: see BlendArrayName. Port 4, optional: the second example
- * without its texture, as on port 2.
+ * Port 3, optional: a second example, for a blend of two textures: see BlendArrayName; without it that of
+ * SecondExampleFileName. Port 4, optional: the second example without its texture, as on port 2.
  *
  * @par Output
  * A vtkPolyData of triangles with points of the precision of the input's: the target, with each triangle divided into four
@@ -48,6 +48,8 @@
 
 #include <memory> // For std::unique_ptr
 #include <string> // For std::string
+
+class vtkStringArray;
 
 class VTKSURFACESYNTHESISGEOMETRICTEXTURE_EXPORT vtkGeometricTextureFromExample : public vtkDataObjectAlgorithm
 {
@@ -87,6 +89,34 @@ public:
   void SetSecondPlainExampleConnection(vtkAlgorithmOutput* output) { this->SetInputConnection(4, output); }
   void SetSecondPlainExampleData(vtkDataObject* example) { this->SetInputDataObject(4, example); }
   ///@}
+
+  ///@{
+  /**
+   * Path of an example file, or name of an installed example (GetInstalledExamples()); used without port 1. Installed are pieces
+   * of scans: "cortex", the folds of a brain; "mane", curls in rows, with a direction; "mountains", ridges and valleys of a
+   * landscape. Example files are in safetensors format, as scan_textures.py writes them. Default "".
+   */
+  void SetExampleFileName(const char* name);
+  vtkGetCharFromStdStringMacro(ExampleFileName);
+  ///@}
+
+  ///@{
+  /**
+   * ExampleFileName of the second example; used without port 3. Must be set with BlendArrayName. Default "".
+   */
+  void SetSecondExampleFileName(const char* name);
+  vtkGetCharFromStdStringMacro(SecondExampleFileName);
+  ///@}
+
+  /**
+   * Names of the installed examples.
+   */
+  vtkStringArray* GetInstalledExamples();
+
+  /**
+   * Folder of the installed examples; empty without one.
+   */
+  const char* GetInstalledExamplesFolder() const;
 
   ///@{
   /**
@@ -131,7 +161,7 @@ public:
    * Length of the smoothing that takes the texture off the example, world units of the example, at least 0; used without port
    * 2. Waves of this length or shorter are texture: 5 % of them stay in the form, and 94 % of waves ten times as long. Patches
    * within this length of a boundary are left out, because the smooth form draws back there. 0, the default, for a tenth of the
-   * root of the area.
+   * root of the area, and for an example file for that of the file.
    */
   vtkSetClampMacro(SmoothingLength, double, 0.0, 1e300);
   vtkGetMacro(SmoothingLength, double);
@@ -140,7 +170,7 @@ public:
   ///@{
   /**
    * SmoothingLength of the second example, world units of that example, at least 0; used without port 4. 0, the default, for a tenth of the root of
-   * its area.
+   * its area, and for an example file for that of the file.
    */
   vtkSetClampMacro(SecondSmoothingLength, double, 0.0, 1e300);
   vtkGetMacro(SecondSmoothingLength, double);
@@ -150,8 +180,8 @@ public:
   /**
    * Name of a point array of the target with one component, from 0 to 1, the share of the second example: features of the
    * first at 0, of the second at 1, and between them islands of both, about as wide as a feature of mean size, that cover
-   * such a share of the area. Features are mixed and agree where they meet; their heights are not. Must be set with port 3. Default "": one
-   * example.
+   * such a share of the area. Features are mixed and agree where they meet; their heights are not. Must be set with port 3 or
+   * SecondExampleFileName. Default "": one example.
    */
   void SetBlendArrayName(const char* name);
   vtkGetCharFromStdStringMacro(BlendArrayName);
@@ -170,7 +200,7 @@ public:
   ///@{
   /**
    * Name of a point array of the example with three components, the direction of its texture; the second example must have it,
-   * too. Must be set with OrientationArrayName. Default "".
+   * too. Must be set with OrientationArrayName for examples on ports; example files hold their direction. Default "".
    */
   void SetExampleOrientationArrayName(const char* name);
   vtkGetCharFromStdStringMacro(ExampleOrientationArrayName);
@@ -279,6 +309,8 @@ private:
   vtkGeometricTextureFromExample(const vtkGeometricTextureFromExample&) = delete;
   void operator=(const vtkGeometricTextureFromExample&) = delete;
 
+  std::string ExampleFileName;
+  std::string SecondExampleFileName;
   int Seed = 0;
   double TextureScale = 0.0;
   int Subdivisions = -1;

@@ -87,6 +87,19 @@ def a_model_is_installed_for_every_filter_that_needs_one():
             assert os.path.exists(os.path.join(folder, name + ".png")), f"{name} has no picture"
 
 
+def an_example_is_installed_for_textures_without_a_training():
+    """A surface is all that a first texture needs."""
+    made = GeometricTextureFromExample(Input=source_of(surfaces.ball(6)))
+    names = list(made.GetProperty("InstalledExamples"))
+    assert names == ["cortex", "mane", "mountains"], names
+    assert made.ExampleFileName == "cortex", made.ExampleFileName
+    made.Subdivisions, made.NumberOfScales = 0, 1
+    assert output_of(made).GetPointData().GetArray("Displacement") is not None
+    folder = str(made.GetProperty("InstalledExamplesFolder").GetElement(0))
+    for name in names:
+        assert os.path.exists(os.path.join(folder, name + ".png")), f"{name} has no picture"
+
+
 def the_first_view_shows_the_fit():
     """Not all levels, which lie in one place, nor the template, which has not been fitted."""
     if "MultiscaleMeshFitter" not in globals():

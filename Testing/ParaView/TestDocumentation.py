@@ -41,8 +41,8 @@ FILTERS = (
     ("Filters/Statistics/vtkGeometricTextureDistance.h", "Wrapping/ParaView/GeometricTextureDistance.xml", 5, 2,
      {"Reference"}),
     ("Filters/Statistics/vtkGeometricTextureFeatures.h", "Wrapping/ParaView/GeometricTextureFeatures.xml", 5, 11, {"Bare"}),
-    ("Filters/GeometricTexture/vtkGeometricTextureFromExample.h", "Wrapping/ParaView/GeometricTextureFromExample.xml", 14, 7,
-     {"Example", "PlainExample", "SecondExample", "SecondPlainExample"}),
+    ("Filters/GeometricTexture/vtkGeometricTextureFromExample.h", "Wrapping/ParaView/GeometricTextureFromExample.xml", 16, 8,
+     {"Example", "InstalledExamples", "PlainExample", "SecondExample", "SecondPlainExample"}),
     ("Filters/GeometricTexture/vtkGeometricTextureSynthesizer.h", "Wrapping/ParaView/GeometricTextureSynthesizer.xml", 23, 5,
      {"TimestepValues", "InstalledModels"}),
     (("Filters/Training/vtkGeometricTextureTrainer.h", TRAINER), "Wrapping/ParaView/GeometricTextureTrainer.xml", 25, 2,
@@ -113,7 +113,7 @@ def plain(text):
     text = re.sub(r"\bvtkWarpVector\b", "Warp By Vector", text)
     text = re.sub(r"\b[A-Z]{2,}(?:_[A-Z]+)*\b", lambda found: found.group().replace("_", " ").title(), text)
     text = text.replace("é", "e").replace("(the default) ", "")
-    text = spaced(text.replace("(GetInstalledModels())", ""))
+    text = spaced(re.sub(r"\(GetInstalled\w+\(\)\)", "", text))
     return " ".join(text.lower().split())
 
 

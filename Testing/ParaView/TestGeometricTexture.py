@@ -48,6 +48,8 @@ SYNTHESIZER = {
     "LevelArrayName": ("Level", "Born", "Born"),
 }
 FROM_EXAMPLE = {
+    "ExampleFileName": ("cortex", "example.safetensors", "example.safetensors"),
+    "SecondExampleFileName": ("", "second.safetensors", "second.safetensors"),
     "Seed": (0, 7, 7),
     "TextureScale": (0.0, 0.5, 0.5),
     "Subdivisions": (-1, 1, 1),

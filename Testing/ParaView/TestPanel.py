@@ -288,6 +288,27 @@ def a_late_result_is_colored():
     assert "ERROR" not in "".join(line for line in result.stdout.splitlines() if "Variables" in line), result.stdout
 
 
+def an_installed_example_is_chosen_in_the_panel():
+    """From a surface alone: no dialog asks for an example. Its picture is in the list."""
+    name = "GeometricTextureFromExample"
+    events = [
+        *add_filter(name),
+        check(PROPERTIES + "ExampleFileName/Models", "currentText", "cortex"),
+        check(PROPERTIES + "ExampleFileName/File", "visible", "false"),
+        event(PROPERTIES + "ExampleFileName/Models", "set_string", "mountains"),
+        event(PANEL + "/SearchBox/AdvancedButton", "set_boolean", "true"),
+        event(PROPERTIES + "NumberOfScales/Automatic", "set_boolean", "false"),
+        event(PROPERTIES + "NumberOfScales/Field", "set_string", "1"),
+        event(PROPERTIES + "Seed/Seed", "set_int", "5"),
+        apply(),
+    ]
+    names = ("ExampleFileName", "Seed", "NumberOfScales")
+    result, recorded = play("example", events, "ball", name, names)
+    succeed(result)
+    assert recorded["properties"] == {"ExampleFileName": "mountains", "Seed": 5, "NumberOfScales": 1}, recorded
+    assert recorded["points"] > 0 and recorded["errors"] == [], recorded
+
+
 TESTS = {
     "Rows": panel_shows_what_the_mode_uses,
     "Trace": panel_applies_and_trace_replays,
@@ -295,6 +316,7 @@ TESTS = {
     "Ensembles": ensembles_are_made_from_the_panel,
     "Automatic": automatic_values_are_boxes_and_rows_of_images_are_hidden,
     "Late": a_late_result_is_colored,
+    "Examples": an_installed_example_is_chosen_in_the_panel,
     "Models": a_model_is_chosen_in_the_panel,
     "Textures": textures_are_fitted_learned_and_synthesized_from_the_panel,
 }

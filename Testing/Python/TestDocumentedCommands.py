@@ -106,6 +106,8 @@ REDUCED = {
         "surfacesynthesis-train encoding bodies.safetensors encoder.safetensors --iterations 1",
     "--encoder encoder.safetensors": "--encoder encoder.safetensors --iterations 1",
     "trainer.SetEncoderIterations(20000)": "trainer.SetEncoderIterations(1); trainer.SetIterations(1)",
+    "mountains rocky.ply --seed 1": "mountains rocky.ply --seed 1 --subdivisions 0 --scales 1",
+    "cortex folded.ply": "cortex folded.ply --subdivisions 0 --scales 1",
     "/usr/share/mricron/templates/ch2bet.nii.gz": "ch2bet.nii.gz",
     "/usr/share/mricron/templates/aal": "aal",
     "<build or install folder>": "BUILD",

@@ -265,6 +265,49 @@ def test_a_blend_has_the_features_of_each_example_where_its_share_is_all(tmp_pat
     assert lengths[given[0][:, 0] > 1.7].max() < 0.05 * lengths.max(), "an example that is flat"
 
 
+# -- installed examples ------------------------------------------------------------------------------------------------
+
+
+def test_installed_examples_are_known_by_their_names(tmp_path, monkeypatch, capsys, target):
+    mesh = with_arrays(target, Way=np.tile([0.0, 0.0, 1.0], (len(target[0]), 1)), Share=(target[0][:, 0] > 0.0).astype(float))
+    mane = geometric_texture_from_example(mesh, "mane", seed=4, **FEW)
+    mountains = geometric_texture_from_example(mesh, "mountains", seed=4, **FEW)
+    turned = geometric_texture_from_example(mesh, "mane", seed=4, orientation="Way", **FEW)
+    blended = geometric_texture_from_example(mesh, "mane", second_example="mountains", blend="Share", seed=4, **FEW)
+    found = [point_array(output, "Displacement") for output in (mane, mountains, turned, blended)]
+    for k, first in enumerate(found):
+        assert np.abs(first).max() > 0.01
+        for second in found[k + 1 :]:
+            assert not np.array_equal(first, second)
+    monkeypatch.chdir(tmp_path)
+    write_mesh(mesh, "mesh.vtp")
+    words = ["--subdivisions", "1", "--scales", "1", "--seed", "4"]
+    assert main(["geometric-texture-from-example", "mesh.vtp", "mane", "out.vtp", *words, "--orientation", "Way"]) == 0
+    assert np.array_equal(points_of(read_mesh("out.vtp")), points_of(turned))
+    blend = ["--second-example", "mountains", "--blend", "Share"]
+    assert main(["geometric-texture-from-example", "mesh.vtp", "mane", "out.vtp", *words, *blend]) == 0
+    assert np.array_equal(points_of(read_mesh("out.vtp")), points_of(blended))
+    capsys.readouterr()
+    assert main(["geometric-texture-from-example", "mesh.vtp", "maine", "none.vtp"]) == 1
+    assert "maine" in capsys.readouterr().err and not (tmp_path / "none.vtp").exists()
+
+
+def test_examples_in_files_have_what_they_need(target, example, flat):
+    with pytest.raises(ValueError, match="plain_example goes with a surface"):
+        geometric_texture_from_example(target, "mane", flat)
+    with pytest.raises(ValueError, match="second_plain_example goes with a surface"):
+        geometric_texture_from_example(
+            target, example, second_example="mane", second_plain_example=flat, blend="Share"
+        )
+    with pytest.raises(SurfaceSynthesisError, match='"mountains" has no direction'):
+        mesh = with_arrays(target, Way=np.tile([0.0, 0.0, 1.0], (len(target[0]), 1)))
+        geometric_texture_from_example(mesh, "mountains", orientation="Way", **FEW)
+    with pytest.raises(ValueError, match="orientation and example_orientation go together"):
+        geometric_texture_from_example(target, example, second_example="mane", blend="Share", orientation="Way")
+    with pytest.raises(SurfaceSynthesisError, match="an example of a geometric texture"):
+        geometric_texture_from_example(target, "flow_spikes")
+
+
 # -- units -------------------------------------------------------------------------------------------------------------
 
 

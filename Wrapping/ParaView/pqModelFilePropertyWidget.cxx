@@ -17,6 +17,8 @@
 #include <QToolButton>
 #include <QVBoxLayout>
 
+#include <string>
+
 namespace
 {
 constexpr int PictureSize = 48;
@@ -61,8 +63,9 @@ void pqModelFilePropertyWidget::fillList()
 {
   vtkSMProxy* source = this->proxy();
   source->UpdatePropertyInformation();
-  const vtkSMPropertyHelper folder(source, "InstalledModelsFolder", true);
-  const vtkSMPropertyHelper names(source, "InstalledModels", true);
+  const std::string installed = source->GetProperty("InstalledExamples") ? "InstalledExamples" : "InstalledModels";
+  const vtkSMPropertyHelper folder(source, (installed + "Folder").c_str(), true);
+  const vtkSMPropertyHelper names(source, installed.c_str(), true);
   this->Folder = folder.GetNumberOfElements() > 0 ? QString::fromUtf8(folder.GetAsString(0)) : QString();
   for (unsigned int k = 0; k < names.GetNumberOfElements(); ++k)
   {

@@ -4,7 +4,7 @@
  * @brief   Chooses a model: a list of the installed ones with their pictures, or a file of one's own
  *
  * For StringVectorProperty with one element and panel_widget="surface_synthesis_modelfile", on a proxy with the information
- * properties InstalledModels (names) and InstalledModelsFolder. The property holds the name of an installed model or
+ * properties InstalledModels (names) and InstalledModelsFolder, or InstalledExamples and InstalledExamplesFolder. The property holds the name of an installed model or
  * the path of a file. The file dialog opens in the folder of the installed models. Pictures are the files NAME.png in
  * that folder, where this program can read them.
  */

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 #include <utility>
 
@@ -78,6 +79,22 @@ void RequireModelSize(const SafetensorsFile& file)
     throw ModelMismatch(file.Name() + ": the model has " + std::to_string(count) + " numbers; expected at most " +
       std::to_string(MaximumModelSize) + ".");
   }
+}
+
+PointMatrix ReadPoints(const SafetensorsFile& file, const std::string& tensor)
+{
+  const std::vector<double> values = file.Float64(tensor);
+  return Eigen::Map<const PointMatrix>(values.data(), file.Entry(tensor).Shape[0], 3);
+}
+
+TriangleMatrix ReadTriangles(const SafetensorsFile& file, const std::string& tensor)
+{
+  const std::vector<std::int64_t> ids = file.Integers(tensor);
+  TriangleMatrix triangles(file.Entry(tensor).Shape[0], 3);
+  std::transform(ids.begin(), ids.end(), triangles.data(), [](std::int64_t id) {
+    return id > std::numeric_limits<Index>::max() ? Index(-1) : static_cast<Index>(std::max<std::int64_t>(id, -1));
+  });
+  return triangles;
 }
 
 DescriptionReader::DescriptionReader(const SafetensorsFile& file, std::string key)

@@ -3,6 +3,7 @@
 /// Common parts of the readers of all kinds of models. Private to Inference.
 #pragma once
 
+#include "Core/Mesh/TriangleMesh.h"
 #include "IO/Weights/SafetensorsFile.h"
 
 #include <nlohmann/json.hpp>
@@ -37,6 +38,15 @@ constexpr std::int64_t MaximumModelSize = std::int64_t(1) << 28;
 /// Checks the number of all elements of a file against MaximumModelSize.
 /// @throws ModelMismatch
 void RequireModelSize(const SafetensorsFile& file);
+
+/// Reads points, [V, 3], from a tensor of that shape.
+/// @throws ModelMismatch when it holds integers.
+PointMatrix ReadPoints(const SafetensorsFile& file, const std::string& tensor);
+
+/// Reads triangles, [F, 3], from a tensor of that shape. A number that is no vertex id in any mesh becomes one that is out of
+/// range.
+/// @throws ModelMismatch when it holds floating-point numbers.
+TriangleMatrix ReadTriangles(const SafetensorsFile& file, const std::string& tensor);
 
 /// Reader of typed values from a JSON object in the metadata. All functions throw ModelMismatch naming the key, its
 /// value and the expected one.

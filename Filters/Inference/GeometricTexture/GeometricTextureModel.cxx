@@ -13,7 +13,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 namespace surfsynth
@@ -146,15 +145,8 @@ std::map<std::string, ModelTensor> ReadTensors(
 
 void ReadTemplate(const SafetensorsFile& file, GeometricTextureModel& model)
 {
-  const std::vector<double> points = file.Float64(PointsName);
-  const std::vector<std::int64_t> ids = file.Integers(TrianglesName);
   const std::vector<float> noise = file.Float32(NoiseName);
-  model.Template.Points = Eigen::Map<const PointMatrix>(points.data(), file.Entry(PointsName).Shape[0], 3);
-  model.Template.Triangles.resize(file.Entry(TrianglesName).Shape[0], 3);
-  std::transform(ids.begin(), ids.end(), model.Template.Triangles.data(), [](std::int64_t id) {
-    // A number that is no vertex id in any mesh becomes one that is out of range.
-    return id > std::numeric_limits<Index>::max() ? Index(-1) : static_cast<Index>(std::max<std::int64_t>(id, -1));
-  });
+  model.Template = { ReadPoints(file, PointsName), ReadTriangles(file, TrianglesName) };
   model.ReconstructionNoise = Eigen::Map<const SinglePoints>(
     noise.data(), static_cast<Eigen::Index>(noise.size() / 3), 3);
 }

@@ -7,19 +7,24 @@
 
 #include "vtkGeometricTextureFromExample.h"
 
+#include <vtkDoubleArray.h>
 #include <vtkMultiBlockDataSet.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
+#include <vtkSmartPointer.h>
+#include <vtkStringArray.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <functional>
+#include <string>
 #include <vector>
 
 using namespace surfsynthtest;
+using testing::AllOf;
 using testing::HasSubstr;
 using Filter = vtkGeometricTextureFromExample;
 
@@ -92,6 +97,21 @@ vtkDataArray* PointsOf(vtkAlgorithm* filter)
   return vtkPolyData::SafeDownCast(filter->GetOutputDataObject(0))->GetPoints()->GetData();
 }
 
+/// Adds directions around the z axis at the points.
+void AddTangents(vtkPolyData* mesh, const char* name)
+{
+  vtkNew<vtkDoubleArray> directions;
+  directions->SetName(name);
+  directions->SetNumberOfComponents(3);
+  for (vtkIdType p = 0; p < mesh->GetNumberOfPoints(); ++p)
+  {
+    double x[3];
+    mesh->GetPoint(p, x);
+    directions->InsertNextTuple3(-x[1], x[0], 0.0);
+  }
+  mesh->GetPointData()->AddArray(directions);
+}
+
 vtkTypeInt64 SynthesesOf(Filter* filter, const std::function<void(Filter*)>& change)
 {
   change(filter);
@@ -133,6 +153,7 @@ TEST(GeometricTextureFromExample, UnchangedParametersCostNoExecutionAndEachChang
   ASSERT_TRUE(Update(filter));
   EventRecorder events(filter);
   const PropertyChanges<Filter> changes = {
+    { "ExampleFileName", [](Filter* f) { f->SetExampleFileName("mane"); } }, // not used beside the port
     { "Seed", [](Filter* f) { f->SetSeed(3); } },
     { "TextureScale", [](Filter* f) { f->SetTextureScale(2.0); } },
     { "Subdivisions", [](Filter* f) { f->SetSubdivisions(1); } },
@@ -257,6 +278,56 @@ TEST(GeometricTextureFromExample, BlocksDifferAndSameBlocksAreKept)
   EXPECT_EQ(SynthesesOf(filter, [](Filter*) {}), 1);
 }
 
+TEST(GeometricTextureFromExample, InstalledExamplesAreKnownByTheirNames)
+{
+  vtkNew<Filter> filter;
+  ASSERT_EQ(filter->GetInstalledExamples()->GetNumberOfValues(), 3);
+  EXPECT_EQ(filter->GetInstalledExamples()->GetValue(1), "mane");
+  EXPECT_THAT(filter->GetInstalledExamplesFolder(), HasSubstr("Models"));
+  const auto target = Icosphere(2).ToPolyData();
+  AddPointField(target, "Share", [](const double* p) { return p[2] > 0.0 ? 1.0 : 0.0; });
+  filter->SetInputData(target);
+  filter->SetSubdivisions(0);
+  filter->SetNumberOfScales(1);
+  EXPECT_THAT(ErrorOf(filter), HasSubstr("There is no example on port 1, and ExampleFileName is empty"));
+  EXPECT_EQ(SynthesesOf(filter, [](Filter* f) { f->SetExampleFileName("mane"); }), 1);
+  EXPECT_EQ(SynthesesOf(filter, [](Filter* f) { f->SetStrength(2.0); }), 0);
+  const std::string path = std::string(filter->GetInstalledExamplesFolder()) + "/mane.safetensors";
+  const vtkSmartPointer<vtkDataArray> byName = PointsOf(filter)->NewInstance();
+  byName->DeepCopy(PointsOf(filter));
+  EXPECT_EQ(SynthesesOf(filter, [&](Filter* f) { f->SetExampleFileName(path.c_str()); }), 0) << "the same file";
+  EXPECT_TRUE(SameBits(byName, PointsOf(filter)));
+  EXPECT_EQ(SynthesesOf(filter, [](Filter* f) { f->SetSmoothingLength(6.0); }), 1) << "in place of that of the file";
+  filter->SetBlendArrayName("Share");
+  EXPECT_THAT(
+    ErrorOf(filter), HasSubstr("BlendArrayName is set, but there is no second example on port 3, and Second"));
+  EXPECT_EQ(SynthesesOf(filter, [](Filter* f) { f->SetSecondExampleFileName("mountains"); }), 1);
+  filter->SetBlendArrayName("");
+  EXPECT_THAT(ErrorOf(filter), HasSubstr("SecondExampleFileName is set, but BlendArrayName is empty"));
+  filter->SetSecondExampleFileName("");
+  const Example example;
+  EXPECT_EQ(SynthesesOf(filter, [&](Filter* f) { f->SetExampleData(example.Textured); }), 1) << "port 1 comes first";
+}
+
+TEST(GeometricTextureFromExample, FilesHoldTheDirectionOfTheirTexture)
+{
+  const auto target = Icosphere(2).ToPolyData();
+  AddPointField(target, "Share", [](const double* p) { return p[2] > 0.0 ? 1.0 : 0.0; });
+  const auto filter = vtkSmartPointer<Filter>::New();
+  filter->SetInputData(target);
+  filter->SetSubdivisions(0);
+  filter->SetNumberOfScales(1);
+  filter->SetExampleFileName("mane");
+  ASSERT_TRUE(Update(filter));
+  const vtkSmartPointer<vtkDataArray> without = PointsOf(filter)->NewInstance();
+  without->DeepCopy(PointsOf(filter));
+  AddTangents(target, "Way");
+  EXPECT_EQ(SynthesesOf(filter, [](Filter* f) { f->SetOrientationArrayName("Way"); }), 1);
+  EXPECT_FALSE(SameBits(without, PointsOf(filter)));
+  filter->SetExampleFileName("cortex");
+  EXPECT_THAT(ErrorOf(filter), HasSubstr("ExampleFileName: \"cortex\" has no direction"));
+}
+
 TEST(GeometricTextureFromExample, FaultsAreNamed)
 {
   const auto target = Icosphere(1).ToPolyData();
@@ -278,4 +349,13 @@ TEST(GeometricTextureFromExample, FaultsAreNamed)
   filter = FilterOn(target);
   filter->SetDisplacementArrayName("");
   EXPECT_THAT(ErrorOf(filter), HasSubstr("DisplacementArrayName is empty"));
+  filter = FilterOn(target);
+  filter->SetExampleConnection(nullptr);
+  filter->SetExampleFileName("mane");
+  EXPECT_THAT(ErrorOf(filter), HasSubstr("There is a plain example on port 2, but no example on port 1"));
+  filter->SetPlainExampleConnection(nullptr);
+  filter->SetExampleFileName("nowhere");
+  EXPECT_THAT(ErrorOf(filter), AllOf(HasSubstr("\"nowhere\""), HasSubstr("GetInstalledExamples()")));
+  filter->SetExampleFileName("flow_spikes");
+  EXPECT_THAT(ErrorOf(filter), HasSubstr("an example of a geometric texture"));
 }

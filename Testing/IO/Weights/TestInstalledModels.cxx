@@ -34,6 +34,8 @@ TEST(InstalledModels, LieInTheBuildThatTheLibraryLiesIn)
   ASSERT_TRUE(fs::is_directory(InstalledModelsFolder())) << InstalledModelsFolder();
   EXPECT_THAT(InstalledModels(HasArchitecture("geometric_texture")),
     ElementsAre("flow_knobs", "flow_labyrinth", "flow_spikes", "knobs", "labyrinth", "spikes"));
+  EXPECT_THAT(
+    InstalledModels(HasArchitecture("geometric_texture_example")), ElementsAre("cortex", "mane", "mountains"));
   EXPECT_THAT(InstalledModels(HasArchitecture("poissonnet")), ElementsAre("smoothed_curvature"));
   EXPECT_THAT(InstalledModels(HasArchitecture("field_latents")), ElementsAre("field_latents"));
   EXPECT_THAT(InstalledModels(HasArchitecture("field_latent_diffusion")), ElementsAre("coat", "tissue", "wood"));

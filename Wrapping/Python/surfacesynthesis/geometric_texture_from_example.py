@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Geometric textures from an example, without a training: a function around vtkGeometricTextureFromExample."""
 
+import os
 import warnings
 
 import numpy as np
@@ -57,11 +58,13 @@ def geometric_texture_from_example(
         finite points, no degenerate triangle, no edge with more than two triangles and consistent winding. A composite dataset
         is processed block by block, with random numbers that differ between blocks. A pair is an array of points [V, 3] and an
         integer array of triangles [F, 3]. Never modified.
-    example : vtkPolyData or pair (points, triangles)
-        The example, a surface as ``mesh``, such as a piece of a scan. Never modified.
+    example : vtkPolyData, pair (points, triangles), str or path
+        The example, a surface as ``mesh``, such as a piece of a scan, never modified; or the path of an example file or the name
+        of an installed example, a piece of a scan: "cortex", the folds of a brain; "mane", curls in rows, with a direction;
+        "mountains", ridges and valleys of a landscape.
     plain_example : vtkPolyData or pair (points, triangles), optional
-        The example without its texture: the same triangles, other points. Never modified. Default: the smooth form of the
-        example, see ``smoothing_length``.
+        The example without its texture: the same triangles, other points; not with a file or a name. Never modified. Default:
+        the smooth form of the example, see ``smoothing_length``.
     seed : int
         Any integer of 32 bits with sign; each gives another sample of the texture. Default 0.
     texture_scale : float, optional
@@ -79,14 +82,14 @@ def geometric_texture_from_example(
         Length of the smoothing that takes the texture off the example, world units of the example, above 0 to 1e300; not with
         ``plain_example``. Waves of this length or shorter are texture: 5 % of them stay in the form, and 94 % of waves ten
         times as long. Patches within this length of a boundary are left out, because the smooth form draws back there. Default:
-        a tenth of the root of the area.
+        a tenth of the root of the area; of a file or a name that of the file.
     orientation : str, optional
         Name of a point array of the target with three components, the direction of the texture: patches are turned so that
         the direction of ``example_orientation`` comes to lie along it. Default: patches are turned as it happens, for textures
         that look alike in every direction.
     example_orientation : str, optional
         Name of a point array of the examples with three components, the direction of their texture; goes with
-        ``orientation``.
+        ``orientation``. Example files hold their direction, so that it is not needed for them.
     size : str, optional
         Name of a point array of the target with one component, from 0.1 to 10, that multiplies the size of the texture from
         place to place. Default: one size.
@@ -103,8 +106,8 @@ def geometric_texture_from_example(
         Name of the point array with the displacement of each point. Default "Displacement".
     progress : callable, optional
         Called with a fraction in [0, 1] that never decreases; when it returns False, the work stops.
-    second_example : vtkPolyData or pair (points, triangles), optional
-        A second example, for a blend of two textures; goes with ``blend``. Never modified. Default: one example.
+    second_example : vtkPolyData, pair (points, triangles), str or path, optional
+        A second example, as ``example``, for a blend of two textures; goes with ``blend``. Default: one example.
     second_plain_example : vtkPolyData or pair (points, triangles), optional
         The second example without its texture: the same triangles, other points. Never modified. Default: its smooth form.
     second_smoothing_length : float, optional
@@ -198,7 +201,7 @@ def configured_filter(
     ):
         if length is not None:
             setter(at_most(keyword, positive(keyword, length), _LARGEST_LENGTH))
-    if (orientation is None) != (example_orientation is None):
+    if orientation is None and example_orientation is not None:
         raise ValueError("orientation and example_orientation go together: point arrays of the target and of the example")
     for keyword, given, setter in (
         ("orientation", orientation, algorithm.SetOrientationArrayName),
@@ -216,7 +219,13 @@ def configured_filter(
 
 
 def give_examples(algorithm, example, plain_example=None, second_example=None, second_plain_example=None):
-    """Makes surfaces, which stay untouched, the examples of a vtkGeometricTextureFromExample."""
+    """Makes surfaces, which stay untouched, and files the examples of a vtkGeometricTextureFromExample."""
+    for keyword, given, plain in (("", example, plain_example), ("second_", second_example, second_plain_example)):
+        if _is_file(given) and plain is not None:
+            raise ValueError(f"{keyword}plain_example goes with a surface, not with the file or the name of an example")
+    surfaces = [given for given in (example, second_example) if given is not None and not _is_file(given)]
+    if surfaces and algorithm.GetOrientationArrayName() and not algorithm.GetExampleOrientationArrayName():
+        raise ValueError("orientation and example_orientation go together: point arrays of the target and of the example")
     if plain_example is not None and algorithm.GetSmoothingLength() > 0:
         raise ValueError("smoothing_length is of no use with plain_example, which is the example without its texture")
     if (second_example is None) != (not algorithm.GetBlendArrayName()):
@@ -233,6 +242,10 @@ def give_examples(algorithm, example, plain_example=None, second_example=None, s
     }
     for port, (keyword, surface) in enumerate(given.items(), 1):
         if surface is None and keyword != "example":
+            continue
+        if _is_file(surface) and "plain" not in keyword:
+            setter = algorithm.SetExampleFileName if keyword == "example" else algorithm.SetSecondExampleFileName
+            setter(os.fspath(surface))
             continue
         copy = vtkPolyData()  # what pipelines leave on their inputs goes to this copy
         copy.ShallowCopy(_surface(keyword, surface))
@@ -261,8 +274,14 @@ def add_field_arrays(algorithm, output):
         output.GetFieldData().AddArray(array)
 
 
+def _is_file(given):
+    """True for the path or the name of an example file."""
+    return isinstance(given, (str, os.PathLike))
+
+
 def _surface(keyword, given):
     """A surface of an argument, a vtkPolyData or a pair."""
     if not isinstance(given, (vtkPolyData, tuple, list)):
-        raise TypeError(f"{keyword} must be a vtkPolyData or a pair of arrays (points, triangles), not {type(given).__name__}")
+        other = "" if "plain" in keyword else " or the name of an example"
+        raise TypeError(f"{keyword} must be a vtkPolyData or a pair of arrays (points, triangles){other}, not {type(given).__name__}")
     return given_dataset(given)
