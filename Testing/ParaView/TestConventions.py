@@ -166,6 +166,7 @@ def messages_name_filters_that_there_are():
 surfaces.run(
     clipped_surfaces_are_taken_by_every_filter,
     a_model_is_installed_for_every_filter_that_needs_one,
+    an_example_is_installed_for_textures_without_a_training,
     the_first_view_shows_the_fit,
     both_inputs_of_the_trainer_are_asked_for,
     the_menu_has_groups,

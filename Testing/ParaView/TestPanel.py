@@ -299,13 +299,16 @@ def an_installed_example_is_chosen_in_the_panel():
         event(PANEL + "/SearchBox/AdvancedButton", "set_boolean", "true"),
         event(PROPERTIES + "NumberOfScales/Automatic", "set_boolean", "false"),
         event(PROPERTIES + "NumberOfScales/Field", "set_string", "1"),
+        event(PROPERTIES + "Subdivisions/Automatic", "set_boolean", "false"),
+        event(PROPERTIES + "Subdivisions/Field", "set_string", "0"),
         event(PROPERTIES + "Seed/Seed", "set_int", "5"),
         apply(),
     ]
-    names = ("ExampleFileName", "Seed", "NumberOfScales")
+    names = ("ExampleFileName", "Seed", "NumberOfScales", "Subdivisions")
     result, recorded = play("example", events, "ball", name, names)
     succeed(result)
-    assert recorded["properties"] == {"ExampleFileName": "mountains", "Seed": 5, "NumberOfScales": 1}, recorded
+    expected = {"ExampleFileName": "mountains", "Seed": 5, "NumberOfScales": 1, "Subdivisions": 0}
+    assert recorded["properties"] == expected, recorded
     assert recorded["points"] > 0 and recorded["errors"] == [], recorded
 
 
