@@ -9,6 +9,10 @@
 
 #include <Eigen/Core>
 
+#include <array>
+#include <cstdint>
+#include <vector>
+
 namespace surfsynth
 {
 
@@ -29,7 +33,7 @@ public:
   /// Edges that a geodesic crosses at most: a bound for meshes with needles.
   static constexpr int MostCrossings = 10000;
 
-  /// Computes the normals of the triangles. Keeps references to both.
+  /// Lays each triangle into a plane. Keeps a reference to the mesh.
   /// @param mesh finite, without degenerate triangles, consistently wound
   /// @param adjacency the table of @p mesh
   GeodesicTracer(const TriangleMesh& mesh, const TriangleAdjacency& adjacency);
@@ -41,15 +45,34 @@ public:
   /// @param direction unit vector in the plane of the triangle @param length world units, at least 0
   GeodesicEnd Trace(const SurfacePlace& start, const Eigen::Vector3d& direction, double length) const;
 
+  /// Traces @p count geodesics in the same direction, in the time of the longest.
+  /// @param lengths ascending @param[out] ends of each
+  void Trace(const SurfacePlace& start, const Eigen::Vector3d& direction, int count, const double* lengths,
+    GeodesicEnd* ends) const;
+
 private:
   struct Ray;
+
+  /// A triangle in a plane: corner 0 in the origin, corner 1 on the x axis, the others counterclockwise.
+  struct Layout
+  {
+    std::array<Eigen::Vector2d, 3> Corners;
+    std::array<Eigen::Vector2d, 3> Edges; ///< unit vectors along the sides
+    std::array<Index, 3> Across;          ///< triangle beyond each side; below 0 for none
+    std::array<std::int8_t, 3> Sides;     ///< number of the side there
+  };
+
+  const Layout& LayoutOf(Index f) const { return this->Layouts[static_cast<std::size_t>(f)]; }
+  /// Axes of the plane of a triangle, as columns.
+  Eigen::Matrix<double, 3, 2> Axes(Index f) const;
+  void LayOut(Index f, const TriangleAdjacency& adjacency);
   int NextSide(const Ray& ray, double& distance) const;
   bool Cross(Ray& ray, int side) const;
-  Eigen::Vector3d Weights(const Ray& ray) const;
+  GeodesicEnd EndOf(const Ray& ray, bool isComplete) const;
 
   const TriangleMesh& Mesh;
-  const TriangleAdjacency& Adjacency;
   PointMatrix Normals; ///< [F, 3]
+  std::vector<Layout> Layouts;
 };
 
 } // namespace surfsynth

@@ -8,7 +8,11 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdlib>
+#include <numeric>
+#include <utility>
 
 namespace surfsynth
 {
@@ -17,6 +21,41 @@ namespace
 {
 /// Patches of a task.
 constexpr std::int64_t PatchesOfTask = 128;
+
+/// Samples of the grid in one direction from its center, the nearest first: one geodesic leads through all of them.
+struct GridDirection
+{
+  Eigen::Vector2d Turn; ///< unit vector
+  std::vector<int> Samples;
+  std::vector<double> Lengths; ///< in spacings
+};
+
+/// Directions of the grid of a patch; the center belongs to the first axis.
+std::vector<GridDirection> GridDirections()
+{
+  constexpr int radius = TexturePatches::Radius, side = TexturePatches::Side;
+  std::vector<GridDirection> directions;
+  for (int j = -radius; j <= radius; ++j)
+  {
+    for (int i = -radius; i <= radius; ++i)
+    {
+      if (std::gcd(i, j) != 1)
+      {
+        continue; // the center, or behind another sample
+      }
+      const double length = std::hypot(i, j);
+      GridDirection direction{ Eigen::Vector2d(i, j) / length, {}, {} };
+      const int first = i == 1 && j == 0 ? 0 : 1;
+      for (int k = first; k * std::max(std::abs(i), std::abs(j)) <= radius; ++k)
+      {
+        direction.Samples.push_back(side * (k * j + radius) + k * i + radius);
+        direction.Lengths.push_back(k * length);
+      }
+      directions.push_back(std::move(direction));
+    }
+  }
+  return directions;
+}
 } // namespace
 
 PatchSurface::PatchSurface(const TriangleMesh& mesh)
@@ -53,33 +92,47 @@ TexturePatches::TexturePatches(
 /// Finds the samples of one patch.
 void TexturePatches::Trace(const PatchCenter& center, Sample* samples) const
 {
-  const PatchSurface& surface = this->Surface;
-  const Eigen::Vector3d yAxis = surface.Tracer.Normal(center.Place.Triangle).cross(center.XAxis);
-  for (int k = 0; k < Samples; ++k)
+  static const std::vector<GridDirection> directions = GridDirections();
+  const Eigen::Vector3d yAxis = this->Surface.Tracer.Normal(center.Place.Triangle).cross(center.XAxis);
+  std::array<double, Radius + 1> lengths;
+  std::array<GeodesicEnd, Radius + 1> ends;
+  for (const GridDirection& direction : directions)
   {
-    const Eigen::Vector2d offset(
-      k % Side - Radius, k / Side - Radius); // NOLINT(bugprone-integer-division): rows of a grid
-    const double length = offset.norm();
-    const Eigen::Vector2d turn = length > 0.0 ? Eigen::Vector2d(offset / length) : Eigen::Vector2d(1.0, 0.0);
-    const GeodesicEnd end = surface.Tracer.Trace(
-      center.Place, turn.x() * center.XAxis + turn.y() * yAxis, length * center.Spacing);
-    const auto corners = surface.Mesh.Triangles.row(end.Place.Triangle);
-    Eigen::Vector3d normal = Eigen::Vector3d::Zero();
-    for (int c = 0; c < 3; ++c)
+    const auto count = static_cast<int>(direction.Samples.size());
+    for (int k = 0; k < count; ++k)
     {
-      normal += end.Place.Weights(c) * surface.VertexNormals.row(corners(c)).transpose();
+      lengths[k] = direction.Lengths[k] * center.Spacing;
     }
-    const double size = normal.norm();
-    normal = size > 0.1 ? Eigen::Vector3d(normal / size) : surface.Tracer.Normal(end.Place.Triangle);
-    Eigen::Vector3d along = end.Direction - end.Direction.dot(normal) * normal;
-    along = along.norm() > 1e-3 ? along.normalized() : normal.unitOrthogonal();
-    const Eigen::Vector3d x = turn.x() * along - turn.y() * normal.cross(along);
-    Sample& sample = samples[k];
-    sample = { end.Place.Triangle, {}, {}, {}, end.IsComplete };
-    Eigen::Map<Eigen::Vector2f>(sample.Weights) = end.Place.Weights.head<2>().cast<float>();
-    Eigen::Map<Eigen::Vector3f>(sample.X) = x.cast<float>();
-    Eigen::Map<Eigen::Vector3f>(sample.Normal) = normal.cast<float>();
+    const Eigen::Vector2d& turn = direction.Turn;
+    this->Surface.Tracer.Trace(
+      center.Place, turn.x() * center.XAxis + turn.y() * yAxis, count, lengths.data(), ends.data());
+    for (int k = 0; k < count; ++k)
+    {
+      samples[direction.Samples[k]] = this->SampleAt(ends[k], turn);
+    }
   }
+}
+
+/// Returns the sample at the end of a geodesic. @param turn cosine and sine of its direction in the axes of the patch
+TexturePatches::Sample TexturePatches::SampleAt(const GeodesicEnd& end, const Eigen::Vector2d& turn) const
+{
+  const PatchSurface& surface = this->Surface;
+  const auto corners = surface.Mesh.Triangles.row(end.Place.Triangle);
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+  for (int c = 0; c < 3; ++c)
+  {
+    normal += end.Place.Weights(c) * surface.VertexNormals.row(corners(c)).transpose();
+  }
+  const double size = normal.norm();
+  normal = size > 0.1 ? Eigen::Vector3d(normal / size) : surface.Tracer.Normal(end.Place.Triangle);
+  Eigen::Vector3d along = end.Direction - end.Direction.dot(normal) * normal;
+  along = along.norm() > 1e-3 ? along.normalized() : normal.unitOrthogonal();
+  const Eigen::Vector3d x = turn.x() * along - turn.y() * normal.cross(along);
+  Sample sample{ end.Place.Triangle, {}, {}, {}, end.IsComplete };
+  Eigen::Map<Eigen::Vector2f>(sample.Weights) = end.Place.Weights.head<2>().cast<float>();
+  Eigen::Map<Eigen::Vector3f>(sample.X) = x.cast<float>();
+  Eigen::Map<Eigen::Vector3f>(sample.Normal) = normal.cast<float>();
+  return sample;
 }
 
 /// Returns the axes of a sample as columns.

@@ -96,6 +96,7 @@ private:
     return this->Places[static_cast<std::size_t>(patch) * Samples + static_cast<std::size_t>(sample)];
   }
   void Trace(const PatchCenter& center, Sample* samples) const;
+  Sample SampleAt(const GeodesicEnd& end, const Eigen::Vector2d& turn) const;
   static Eigen::Matrix3f FrameOf(const Sample& sample);
   void AddAtCorners(const Sample& sample, float factor, const float* value, SinglePoints& rows) const;
 

@@ -8,7 +8,9 @@
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <cstddef>
 
 using namespace surfsynth;
 
@@ -97,5 +99,29 @@ TEST(GeodesicTracing, TheyLeadBack)
     EXPECT_NEAR(there.Direction.dot(surface.Tracer.Normal(there.Place.Triangle)), 0.0, 1e-12);
     const GeodesicEnd back = surface.Tracer.Trace(there.Place, -there.Direction, 0.7);
     EXPECT_LT((PositionOf(surface.Mesh, back.Place) - PositionOf(surface.Mesh, { f, Middle })).norm(), 1e-6) << f;
+  }
+}
+
+TEST(GeodesicTracing, SeveralLengthsGiveTheEndsOfEach)
+{
+  const Traced surface(test::BumpySurface(3));
+  const Traced plane(test::PlanePatch(8, 8));
+  constexpr std::array<double, 5> lengths{ 0.0, 0.03, 0.3, 0.3, 1.7 };
+  for (const Traced* traced : { &surface, &plane })
+  {
+    for (Index f = 0; f < traced->Mesh.NumberOfTriangles(); f += 31)
+    {
+      const Eigen::Vector3d direction = traced->Direction(f, 0.7 * f);
+      std::array<GeodesicEnd, 5> ends;
+      traced->Tracer.Trace({ f, Middle }, direction, 5, lengths.data(), ends.data());
+      for (std::size_t k = 0; k < lengths.size(); ++k)
+      {
+        const GeodesicEnd alone = traced->Tracer.Trace({ f, Middle }, direction, lengths[k]);
+        EXPECT_EQ(ends[k].Place.Triangle, alone.Place.Triangle);
+        EXPECT_EQ(ends[k].Place.Weights, alone.Place.Weights);
+        EXPECT_EQ(ends[k].Direction, alone.Direction);
+        EXPECT_EQ(ends[k].IsComplete, alone.IsComplete);
+      }
+    }
   }
 }
