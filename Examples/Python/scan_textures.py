@@ -18,7 +18,7 @@ Writes
     scan_texture_*_TARGET.vtp   the surfaces, with displacements
 
 and with --write only the pieces, as scan_NAME.vtp, and a line for each: the command that grows its texture on a surface.
---examples writes those whose license is free as example files, NAME.safetensors, for Examples/Models.
+--examples writes those whose license is free, or that of --scan, as example files, NAME.safetensors, as in Examples/Models.
 --distances prints how far syntheses, another piece of the scan and bare targets are from the piece. --scan takes the piece from
 a file of one's own.
 """
@@ -86,15 +86,15 @@ class Crop(NamedTuple):
 CROPS = {
     "cortex": Crop(
         "brain", (60.0, -15.0, 45.0), 50.0, 6500, 16.0, other=(-60.0, -15.0, 45.0),
-        origin=("Debian's mricron-data, templates/ch2bet.nii.gz, surface of isovalue 50", "BSD-3-Clause"),
+        origin=("Debian's mricron-data, templates/ch2bet.nii.gz, surface of isovalue 50", "BSD-3-Clause, Copyright 2006-2010 Chris Rorden"),
     ),  # fmt: skip
     "mane": Crop(
         "ChineseDragon-10kv", (-3.0, 46.0, -978.0), 21.0, 2500, 9.0, direction=(1.0, 0.0, 0.0), other=(-2.0, 59.0, -959.0),
         origin=("Debian's libcgal-demo, data/meshes/ChineseDragon-10kv.off", "CC0-1.0"),
     ),  # fmt: skip
     "mountains": Crop(
-        "landscape", (6500.0, 14000.0, 1000.0), 6000.0, 4200, 1800.0, other=(8500.0, 5200.0, 1000.0),
-        origin=("Debian's python-matplotlib-data, jacksboro_fault_dem.npz, heights doubled", "Matplotlib license"),
+        "landscape", (6500.0, 14000.0, 1000.0), 6000.0, 4200, 1200.0, other=(8500.0, 5200.0, 1000.0),
+        origin=("Debian's python-matplotlib-data, jacksboro_fault_dem.npz, heights doubled", "Matplotlib license, Copyright 2002-2016 Matplotlib"),
     ),  # fmt: skip
     "scales": Crop("armadillo", (27.0, -28.0, 3.0), 9.0, 1800, 3.5, other=(-27.0, -28.0, 3.0)),
     "fur": Crop("bunny00", (0.1, -0.22, 0.4), 0.16, 1700, 0.08, other=(0.1, 0.02, 0.36)),
@@ -253,12 +253,18 @@ def write_examples(crops, folder):
         print(" ".join(["geometric-texture-from-example", "TARGET", path, "OUTPUT", *words]), flush=True)
 
 
+def free_crops(crops):
+    """Those whose pieces may be given away."""
+    free = {name: crop for name, crop in crops.items() if crop.origin is not None}
+    if not free:
+        raise SystemExit(f"none of {', '.join(crops)} may be given away; --write makes files for own use")
+    return free
+
+
 def write_example_files(crops, folder):
-    """Pieces that may be given away, as files that geometric_texture_from_example() knows by their names."""
+    """Pieces as files that geometric_texture_from_example() takes."""
     os.makedirs(folder, exist_ok=True)
     for name, crop in crops.items():
-        if crop.origin is None:
-            continue
         example, parameters = example_of(crop, scan_of(crop))
         triangles = vtk_to_numpy(example.GetPolys().GetConnectivityArray()).reshape(-1, 3)
         tensors = {"points": points_of(example), "triangles": triangles}
@@ -266,7 +272,9 @@ def write_example_files(crops, folder):
             tensors["directions"] = vtk_to_numpy(example.GetPointData().GetArray(parameters["example_orientation"]))
         described = {"name": name, "smoothing_length": crop.smoothing_length}
         texts = {"architecture": "geometric_texture_example", "format_version": "1"}
-        texts.update(geometric_texture_example=json.dumps(described), origin=crop.origin[0], license=crop.origin[1])
+        texts["geometric_texture_example"] = json.dumps(described)
+        if crop.origin is not None:
+            texts["origin"], texts["license"] = crop.origin
         path = os.path.join(folder, f"{name}.safetensors")
         write_safetensors(path, tensors, texts)
         print(f"wrote {path}: {example.GetNumberOfCells():,} triangles", flush=True)
@@ -329,6 +337,8 @@ def print_distances(crops, options):
 def own_crop(options):
     """A piece of a file, from the command line."""
     missing = [word for word in ("center", "radius") if getattr(options, word) is None]
+    if options.examples is not None and options.smoothing_length is None:
+        missing.append("smoothing-length")
     if missing:
         raise SystemExit(f"--scan needs --{' and --'.join(missing)}")
     direction = None if options.direction is None else tuple(options.direction)
@@ -343,7 +353,7 @@ def arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     work = parser.add_mutually_exclusive_group()
     work.add_argument("--write", metavar="DIR", help="write the pieces only, as files, and print commands")
-    work.add_argument("--examples", metavar="DIR", help="write the free pieces only, as example files")
+    work.add_argument("--examples", metavar="DIR", help="write the free pieces, or that of --scan, as example files only")
     work.add_argument("--distances", action="store_true", help="print a table of distances only")
     parser.add_argument("--output", metavar="DIR", help="folder of the picture and the surfaces")
     parser.add_argument("--seed", type=int, default=1, help="default: 1")
@@ -371,7 +381,7 @@ def main():
     if options.write is not None:
         write_examples(crops, options.write)
     elif options.examples is not None:
-        write_example_files(crops, options.examples)
+        write_example_files(free_crops(crops) if options.scan is None else crops, options.examples)
     elif options.distances:
         print_distances(crops, options)
     else:

@@ -470,6 +470,13 @@ def check_scan_textures(folder):
     assert np.allclose(vtk_to_numpy(piece.GetPointData().GetArray("Growth")), (1.0, 0.0, 0.0))
     assert np.linalg.norm(np.ptp(points_of(piece), axis=0)) < 2 * 3**0.5 * 21.0, "in a ball of radius 21"
     assert run(*script, "--write", output, "--scan", os.path.join(output, "scan_mane.vtp")).returncode != 0, "no center"
+    assert run(*script, "--examples", output, "--only", "mane").returncode == 0
+    read_safetensors = surfacesynthesis.safetensors.read_safetensors
+    found = read_safetensors(os.path.join(output, "mane.safetensors"))
+    installed = read_safetensors(os.path.join(HERE, os.pardir, "Models", "mane.safetensors"))
+    assert np.array_equal(found[0]["triangles"], installed[0]["triangles"]) and found[1] == installed[1]
+    assert np.abs(found[0]["points"] - installed[0]["points"]).max() < 1e-5
+    assert run(*script, "--examples", output, "--only", "fur").returncode != 0, "not free"
 
 
 def check_scan_distances(folder):

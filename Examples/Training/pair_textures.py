@@ -65,7 +65,7 @@ TEXTURES = {
     "shell": examples.shell,
     "bark": examples.bark,
     "dunes": dunes,
-    **{name: functools.partial(scan, name) for name in scan_textures.CROPS},
+    **{name: functools.partial(scan, name) for name in ("cortex", "mane", "scales", "fur")},
 }
 
 

@@ -25,9 +25,11 @@ public:
   using Reader = std::function<Content(const std::string& path)>;
 
   /// @param advice ends the error of a missing file: a sentence on what is needed, and where it comes from.
-  FileCache(Reader reader, std::string advice)
+  /// @param kind of files, for that error
+  FileCache(Reader reader, std::string advice, std::string kind = "model")
     : Read(std::move(reader))
     , Advice(std::move(advice))
+    , Kind(std::move(kind))
   {}
 
   /// Returns the content of the file: what was read last when path, size and modification time of the file are the
@@ -40,7 +42,8 @@ public:
     if (error)
     {
       this->Held.reset();
-      throw InvalidInput("The model file \"" + path + "\" cannot be read: " + error.message() + ". " + this->Advice);
+      throw InvalidInput(
+        "The " + this->Kind + " file \"" + path + "\" cannot be read: " + error.message() + ". " + this->Advice);
     }
     const auto size = std::filesystem::file_size(path, error); // of what is no file: the reader says so
     if (!this->Held || path != this->Path || time != this->Time || size != this->Size)
@@ -61,6 +64,7 @@ public:
 private:
   Reader Read;
   std::string Advice;
+  std::string Kind;
   std::shared_ptr<const Content> Held;
   std::string Path;
   std::filesystem::file_time_type Time;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /// @file
-/// Example of an input port of vtkGeometricTextureFromExample.
+/// Example of an input port, or of a file, of vtkGeometricTextureFromExample.
 #pragma once
 
 #include "Core/Common/Progress.h"

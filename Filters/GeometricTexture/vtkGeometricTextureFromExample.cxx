@@ -47,7 +47,7 @@ namespace
 constexpr double SynthesisPart = 0.8;
 
 constexpr const char* FileAdvice =
-  "A file with an example of a geometric texture is needed, or the name of an installed one (GetInstalledExamples()).";
+  "a file with an example of a geometric texture is needed, or the name of an installed one (GetInstalledExamples()).";
 
 bool IsConnected(vtkInformationVector* port) { return port->GetNumberOfInformationObjects() > 0; }
 
@@ -231,8 +231,7 @@ private:
     if (!IsConnected(inputVector[1]) && this->Self->ExampleFileName.empty())
     {
       throw surfsynth::InvalidInput(
-        std::string("There is no example on port 1, and ExampleFileName is empty; one of them is needed. ") +
-        FileAdvice);
+        std::string("There is no example on port 1, and ExampleFileName is empty; ") + FileAdvice);
     }
     if (IsConnected(inputVector[2]) && !IsConnected(inputVector[1]))
     {
@@ -309,8 +308,8 @@ private:
     "ExampleFileName" } };
   surfsynth::TextureExampleInput SecondInput{ { "The second example on port 3", "The second plain example on port 4",
     "SecondExampleFileName" } };
-  File FirstFile{ surfsynth::ReadTextureExample, FileAdvice };
-  File SecondFile{ surfsynth::ReadTextureExample, FileAdvice };
+  File FirstFile{ surfsynth::ReadTextureExample, std::string("ExampleFileName: ") + FileAdvice, "example" };
+  File SecondFile{ surfsynth::ReadTextureExample, std::string("SecondExampleFileName: ") + FileAdvice, "example" };
   surfsynth::BlockCache<Texture> Textures;
 };
 

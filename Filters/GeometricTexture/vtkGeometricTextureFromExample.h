@@ -33,8 +33,9 @@
  *
  * @par Cost
  * Linear in the number of triangles of the output: see Testing/Benchmarks/README.md. The patches of the examples are kept, up
- * to 150 MB for a scale of each, and a change of Strength, of Printable or of names costs no synthesis. Printable searches for triangles that intersect, in
- * each update: 4 to 10 microseconds for a triangle, and more where many intersect. The same seed gives the same bits for every
+ * to 150 MB for a scale of each, and a change of Strength, Printable, MaskArrayName or DisplacementArrayName costs no
+ * synthesis. Printable searches for triangles that intersect, in each update: 4 to 10 microseconds for a triangle, and more
+ * where many intersect. The same seed gives the same bits for every
  * number of threads. Another kind of processor may give other last bits: Reproducibility in README.md.
  *
  * @sa vtkGeometricTextureSynthesizer, vtkDisplacementMapFilter, vtkGeometricTextureFeatures, vtkIsotropicRemeshFilter
@@ -102,7 +103,8 @@ public:
 
   ///@{
   /**
-   * ExampleFileName of the second example; used without port 3. Must be set with BlendArrayName. Default "".
+   * ExampleFileName of the second example, a path or the name of an installed one; used without port 3. Must be set with
+   * BlendArrayName. Default "".
    */
   void SetSecondExampleFileName(const char* name);
   vtkGetCharFromStdStringMacro(SecondExampleFileName);
@@ -161,7 +163,7 @@ public:
    * Length of the smoothing that takes the texture off the example, world units of the example, at least 0; used without port
    * 2. Waves of this length or shorter are texture: 5 % of them stay in the form, and 94 % of waves ten times as long. Patches
    * within this length of a boundary are left out, because the smooth form draws back there. 0, the default, for a tenth of the
-   * root of the area, and for an example file for that of the file.
+   * root of the area, and for an example file for that of the file; not used for a file that holds the plain example.
    */
   vtkSetClampMacro(SmoothingLength, double, 0.0, 1e300);
   vtkGetMacro(SmoothingLength, double);
@@ -199,8 +201,8 @@ public:
 
   ///@{
   /**
-   * Name of a point array of the example with three components, the direction of its texture; the second example must have it,
-   * too. Must be set with OrientationArrayName for examples on ports; example files hold their direction. Default "".
+   * Name of a point array of the example with three components, the direction of its texture; a second example on port 3 must
+   * have it, too. Must be set with OrientationArrayName for examples on ports; example files hold their direction. Default "".
    */
   void SetExampleOrientationArrayName(const char* name);
   vtkGetCharFromStdStringMacro(ExampleOrientationArrayName);
@@ -289,7 +291,8 @@ public:
   double GetHeightKept() const;
 
   /**
-   * Number of textures synthesized since this object was made. Unchanged while only names, Strength or Printable change.
+   * Number of textures synthesized since this object was made. Unchanged while only Strength, Printable,
+   * MaskArrayName or DisplacementArrayName change.
    */
   vtkTypeInt64 GetNumberOfSyntheses() const;
 

@@ -304,6 +304,8 @@ def test_examples_in_files_have_what_they_need(target, example, flat):
         geometric_texture_from_example(mesh, "mountains", orientation="Way", **FEW)
     with pytest.raises(ValueError, match="orientation and example_orientation go together"):
         geometric_texture_from_example(target, example, second_example="mane", blend="Share", orientation="Way")
+    with pytest.raises(ValueError, match="second_example is the path of a surface; read it with read_mesh"):
+        geometric_texture_from_example(target, example, second_example="scan.ply", blend="Share")
     with pytest.raises(SurfaceSynthesisError, match="an example of a geometric texture"):
         geometric_texture_from_example(target, "flow_spikes")
 
@@ -425,6 +427,8 @@ def test_wrong_commands_write_nothing(target, example, tmp_path, monkeypatch, ca
         (["example.ply", "out.ply", "--strength", "-1"], 2, "strength"),
         (["example.ply", "out.ply", "--smoothing-length", "1", "--plain-example", "example.ply"], 2, "--plain-example"),
         (["example.ply", "out.ply", "--orientation", "Way"], 2, "go together"),
+        (["mane", "out.ply", "--plain-example", "example.ply"], 2, "--plain-example goes with a surface"),
+        (["example.ply", "out.ply", "--plain-example", "smooth"], 2, "smooth"),
         (["none.ply", "out.ply"], 1, "none.ply"),
         (["blocks.vtm", "out.ply"], 1, "one surface is needed"),
         (["example.ply", "out.ply", "--mask", "Wetness"], 1, "Wetness"),

@@ -33,10 +33,10 @@ pqModelFilePropertyWidget::pqModelFilePropertyWidget(vtkSMProxy* proxy, vtkSMPro
   this->Models->setObjectName("Models");
   this->Models->setIconSize(QSize(PictureSize, PictureSize));
   this->File->setObjectName("File");
-  this->File->setPlaceholderText(tr("Path of a model file"));
+  this->File->setPlaceholderText(tr("Path of a file"));
   this->Browse->setObjectName("Browse");
   this->Browse->setText("...");
-  this->Browse->setToolTip(tr("Choose a model file"));
+  this->Browse->setToolTip(tr("Choose a file"));
   this->fillList();
 
   auto* row = new QHBoxLayout;
@@ -107,8 +107,7 @@ void pqModelFilePropertyWidget::showFile()
 void pqModelFilePropertyWidget::chooseFile()
 {
   pqServer* server = pqApplicationCore::instance()->getServerManagerModel()->findServer(this->proxy()->GetSession());
-  pqFileDialog dialog(
-    server, this, tr("Open Model File:"), this->Folder, tr("Model files (*.safetensors);;All files (*)"));
+  pqFileDialog dialog(server, this, tr("Open File:"), this->Folder, tr("Safetensors (*.safetensors);;All files (*)"));
   dialog.setObjectName("ModelFileDialog");
   dialog.setFileMode(pqFileDialog::ExistingFile);
   if (dialog.exec() == QDialog::Accepted && !dialog.getSelectedFiles().isEmpty())

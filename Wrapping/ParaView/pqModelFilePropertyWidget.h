@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   pqModelFilePropertyWidget
- * @brief   Chooses a model: a list of the installed ones with their pictures, or a file of one's own
+ * @brief   Chooses a model or an example: a list of the installed ones with their pictures, or a file of one's own
  *
  * For StringVectorProperty with one element and panel_widget="surface_synthesis_modelfile", on a proxy with the information
  * properties InstalledModels (names) and InstalledModelsFolder, or InstalledExamples and InstalledExamplesFolder. The property holds the name of an installed model or

@@ -15,7 +15,7 @@ namespace surfsynth
 namespace
 {
 /// Third component of the cross product.
-double Cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
+double CrossProduct(const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 /// Side of triangle @p f that runs from point @p start to point @p end; -1 for none.
 int SideBetween(const TriangleMesh& mesh, Index f, Index start, Index end)
@@ -90,11 +90,10 @@ int GeodesicTracer::NextSide(const Ray& ray, double& distance) const
   distance = std::numeric_limits<double>::infinity();
   for (int side = 0; side < 3; ++side)
   {
-    const double slope = surfsynth::Cross(layout.Edges[side], ray.Direction); // below 0 outwards
+    const double slope = CrossProduct(layout.Edges[side], ray.Direction); // below 0 outwards
     if (side != ray.From && slope < 0.0)
     {
-      const double reached = std::max(
-        0.0, surfsynth::Cross(layout.Edges[side], layout.Corners[side] - ray.Point) / slope);
+      const double reached = std::max(0.0, CrossProduct(layout.Edges[side], layout.Corners[side] - ray.Point) / slope);
       if (reached < distance)
       {
         distance = reached;
@@ -117,7 +116,7 @@ bool GeodesicTracer::Cross(Ray& ray, int side) const
   const Eigen::Vector2d& edge = layout.Edges[side];
   const double passed = edge.dot(ray.Point - layout.Corners[side]);
   const double along = edge.dot(ray.Direction);
-  const double across = surfsynth::Cross(edge, ray.Direction);
+  const double across = CrossProduct(edge, ray.Direction);
   ray.Triangle = other;
   ray.From = layout.Sides[side];
   // There the edge runs the other way.
@@ -134,7 +133,7 @@ GeodesicEnd GeodesicTracer::EndOf(const Ray& ray, bool isComplete) const
   const auto& [a, b, c] = this->LayoutOf(ray.Triangle).Corners;
   const Eigen::Vector2d& point = ray.Point;
   Eigen::Vector3d weights(
-    surfsynth::Cross(c - b, point - b), surfsynth::Cross(a - c, point - c), surfsynth::Cross(b - a, point - a));
+    CrossProduct(c - b, point - b), CrossProduct(a - c, point - c), CrossProduct(b - a, point - a));
   weights = weights.cwiseMax(0.0);
   const double sum = weights.sum();
   weights = sum > 0.0 ? Eigen::Vector3d(weights / sum) : Eigen::Vector3d::Constant(1.0 / 3.0);

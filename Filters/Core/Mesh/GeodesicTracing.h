@@ -21,7 +21,8 @@ struct GeodesicEnd
 {
   SurfacePlace Place;        ///< where it ends
   Eigen::Vector3d Direction; ///< unit vector along it there, in the plane of the triangle
-  /// False where it ends before its length: at a boundary, at an edge with more than two triangles, or after MostCrossings.
+  /// False where it ends before its length: at a boundary, at an edge with more than two triangles or
+  /// inconsistent winding, or after MostCrossings.
   bool IsComplete = true;
 };
 

@@ -11,6 +11,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 
 using namespace surfsynth;
 
@@ -124,4 +125,17 @@ TEST(GeodesicTracing, SeveralLengthsGiveTheEndsOfEach)
       }
     }
   }
+}
+
+TEST(GeodesicTracing, ATriangleWoundTheOtherWayEndsThem)
+{
+  TriangleMesh mesh = test::PlanePatch(1, 1);
+  ASSERT_EQ(mesh.NumberOfTriangles(), 2);
+  std::swap(mesh.Triangles(1, 0), mesh.Triangles(1, 1));
+  const Traced square(std::move(mesh));
+  const Eigen::Vector3d start = PositionOf(square.Mesh, { 0, Middle });
+  const Eigen::Vector3d beyond = PositionOf(square.Mesh, { 1, Middle });
+  const GeodesicEnd end = square.Tracer.Trace({ 0, Middle }, (beyond - start).normalized(), (beyond - start).norm());
+  EXPECT_FALSE(end.IsComplete);
+  EXPECT_EQ(end.Place.Triangle, 0);
 }

@@ -7,6 +7,9 @@
 
 #include "vtkGeometricTextureFromExample.h"
 
+#include "IO/Weights/InstalledModels.h"
+#include "Inference/GeometricTexture/TextureExampleFile.h"
+
 #include <vtkDoubleArray.h>
 #include <vtkMultiBlockDataSet.h>
 #include <vtkNew.h>
@@ -110,6 +113,29 @@ void AddTangents(vtkPolyData* mesh, const char* name)
     directions->InsertNextTuple3(-x[1], x[0], 0.0);
   }
   mesh->GetPointData()->AddArray(directions);
+}
+
+/// The surface of an example file, with its direction as the array Along.
+vtkSmartPointer<vtkPolyData> ToPolyData(const surfsynth::TextureExampleFile& file)
+{
+  const surfsynth::PointMatrix& points = file.Textured.Points;
+  Soup soup;
+  soup.Points.assign(points.data(), points.data() + points.size());
+  for (Eigen::Index f = 0; f < file.Textured.Triangles.rows(); ++f)
+  {
+    const auto corners = file.Textured.Triangles.row(f);
+    soup.Polys.push_back({ corners(0), corners(1), corners(2) });
+  }
+  auto surface = soup.ToPolyData();
+  vtkNew<vtkDoubleArray> along;
+  along->SetName("Along");
+  along->SetNumberOfComponents(3);
+  for (Eigen::Index p = 0; p < file.Directions.rows(); ++p)
+  {
+    along->InsertNextTuple3(file.Directions(p, 0), file.Directions(p, 1), file.Directions(p, 2));
+  }
+  surface->GetPointData()->AddArray(along);
+  return surface;
 }
 
 vtkTypeInt64 SynthesesOf(Filter* filter, const std::function<void(Filter*)>& change)
@@ -324,8 +350,22 @@ TEST(GeometricTextureFromExample, FilesHoldTheDirectionOfTheirTexture)
   AddTangents(target, "Way");
   EXPECT_EQ(SynthesesOf(filter, [](Filter* f) { f->SetOrientationArrayName("Way"); }), 1);
   EXPECT_FALSE(SameBits(without, PointsOf(filter)));
+  const vtkSmartPointer<vtkDataArray> turned = PointsOf(filter)->NewInstance();
+  turned->DeepCopy(PointsOf(filter));
   filter->SetExampleFileName("cortex");
   EXPECT_THAT(ErrorOf(filter), HasSubstr("ExampleFileName: \"cortex\" has no direction"));
+  // The same surface on the port, with the same smoothing and direction, gives the same bits.
+  const surfsynth::TextureExampleFile file = surfsynth::ReadTextureExample(surfsynth::ModelPath("mane"));
+  const auto surface = ToPolyData(file);
+  filter->SetExampleData(surface);
+  filter->SetSmoothingLength(file.SmoothingLength);
+  filter->SetExampleOrientationArrayName("Along");
+  ASSERT_TRUE(Update(filter));
+  EXPECT_TRUE(SameBits(turned, PointsOf(filter)));
+  filter->SetOrientationArrayName("");
+  filter->SetExampleOrientationArrayName("");
+  ASSERT_TRUE(Update(filter));
+  EXPECT_TRUE(SameBits(without, PointsOf(filter)));
 }
 
 TEST(GeometricTextureFromExample, FaultsAreNamed)

@@ -223,6 +223,9 @@ def give_examples(algorithm, example, plain_example=None, second_example=None, s
     for keyword, given, plain in (("", example, plain_example), ("second_", second_example, second_plain_example)):
         if _is_file(given) and plain is not None:
             raise ValueError(f"{keyword}plain_example goes with a surface, not with the file or the name of an example")
+    for keyword, given in (("example", example), ("second_example", second_example)):
+        if _is_file(given) and os.path.splitext(given)[1] not in ("", ".safetensors"):
+            raise ValueError(f"{keyword} is the path of a surface; read it with read_mesh() first")
     surfaces = [given for given in (example, second_example) if given is not None and not _is_file(given)]
     if surfaces and algorithm.GetOrientationArrayName() and not algorithm.GetExampleOrientationArrayName():
         raise ValueError("orientation and example_orientation go together: point arrays of the target and of the example")
@@ -283,5 +286,7 @@ def _surface(keyword, given):
     """A surface of an argument, a vtkPolyData or a pair."""
     if not isinstance(given, (vtkPolyData, tuple, list)):
         other = "" if "plain" in keyword else " or the name of an example"
-        raise TypeError(f"{keyword} must be a vtkPolyData or a pair of arrays (points, triangles){other}, not {type(given).__name__}")
+        raise TypeError(
+            f"{keyword} must be a vtkPolyData or a pair of arrays (points, triangles){other}, not {type(given).__name__}"
+        )
     return given_dataset(given)

@@ -53,7 +53,11 @@ def add(commands):
     parser.set_defaults(run=run)
     formats = ".stl .ply .obj .off .gii .glb .vtp .vtk .vtm"
     parser.add_argument("input", metavar="TARGET", help=f"surface that gets the texture: {formats}")
-    parser.add_argument("example", metavar="EXAMPLE", help="surface with the texture: the same formats, an example file, or the name of an installed example: cortex, mane, mountains")
+    parser.add_argument(
+        "example", metavar="EXAMPLE",
+        help="surface with the texture: the same formats, an example file, or the name of an installed example: cortex, mane, "
+        "mountains",
+    )  # fmt: skip
     parser.add_argument("output", metavar="OUTPUT", help="file to write: the same formats")
     _add_texture_options(parser.add_argument_group("texture"))
     add_running_options(parser.add_argument_group("output"))
@@ -146,9 +150,14 @@ def run(arguments):
         raise UsageError("--second-plain-example and --second-smoothing-length are of no use without --second-example")
     if None not in of_second:
         raise UsageError("--second-smoothing-length is of no use with --second-plain-example")
+    if _is_example_file(arguments.example) and arguments.plain_example is not None:
+        raise UsageError("--plain-example goes with a surface as EXAMPLE, not with an example file")
+    if _is_example_file(arguments.second_example) and arguments.second_plain_example is not None:
+        raise UsageError("--second-plain-example goes with a surface as --second-example, not with an example file")
     examples = (arguments.example, arguments.plain_example, arguments.second_example, arguments.second_plain_example)
-    for path in (arguments.input, *examples, arguments.output):
-        if path is not None and not (path in examples and _is_example_file(path)):
+    surfaces = [path for path in (arguments.example, arguments.second_example) if not _is_example_file(path)]
+    for path in (arguments.input, *surfaces, arguments.plain_example, arguments.second_plain_example, arguments.output):
+        if path is not None:
             as_usage(files.extension, path)
     mesh = read_input_surface(arguments)
     as_usage(give_examples, algorithm, *(_example(path) for path in examples))
@@ -161,6 +170,8 @@ def run(arguments):
 
 def _is_example_file(path):
     """True for an example file, and for a name without a folder and an extension."""
+    if path is None:
+        return False
     return os.path.splitext(path)[1] == ".safetensors" or os.path.basename(path) == path and "." not in path
 
 
