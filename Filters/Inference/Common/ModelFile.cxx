@@ -81,6 +81,40 @@ void RequireModelSize(const SafetensorsFile& file)
   }
 }
 
+TensorShapes ShapesIn(const SafetensorsFile& file)
+{
+  TensorShapes shapes;
+  for (const auto& [name, entry] : file.Tensors())
+  {
+    shapes[name] = entry.Shape;
+  }
+  return shapes;
+}
+
+std::int64_t RowsIn(const SafetensorsFile& file, const std::string& tensor)
+{
+  const bool hasRows = file.Contains(tensor) && !file.Entry(tensor).Shape.empty();
+  return hasRows ? file.Entry(tensor).Shape.front() : 1;
+}
+
+void RequireTensors(
+  const SafetensorsFile& file, const TensorShapes& expected, const std::string& kind, const std::string& integers)
+{
+  const std::string differences = DifferencesOf(expected, ShapesIn(file));
+  if (!differences.empty())
+  {
+    throw ModelMismatch(file.Name() + ": the tensors are not those of " + kind + ": " + differences + ".");
+  }
+  RequireModelSize(file);
+  for (const auto& entry : file.Tensors())
+  {
+    if (entry.first != integers)
+    {
+      file.RequireFinite(entry.first);
+    }
+  }
+}
+
 PointMatrix ReadPoints(const SafetensorsFile& file, const std::string& tensor)
 {
   const std::vector<double> values = file.Float64(tensor);

@@ -39,6 +39,18 @@ constexpr std::int64_t MaximumModelSize = std::int64_t(1) << 28;
 /// @throws ModelMismatch
 void RequireModelSize(const SafetensorsFile& file);
 
+/// Shapes of the tensors of a file.
+TensorShapes ShapesIn(const SafetensorsFile& file);
+
+/// Rows of a tensor of a file; 1 where there is none or it has no rows, for what DifferencesOf() then names.
+std::int64_t RowsIn(const SafetensorsFile& file, const std::string& tensor);
+
+/// Checks names, shapes and number of the tensors of a file, and that they are finite.
+/// @param kind in the message, behind "the tensors are not those of" @param integers a tensor of integers, if there is one
+/// @throws ModelMismatch, FormatError
+void RequireTensors(
+  const SafetensorsFile& file, const TensorShapes& expected, const std::string& kind, const std::string& integers = "");
+
 /// Reads points, [V, 3], from a tensor of that shape.
 /// @throws ModelMismatch when it holds integers.
 PointMatrix ReadPoints(const SafetensorsFile& file, const std::string& tensor);

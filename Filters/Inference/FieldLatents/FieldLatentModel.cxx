@@ -46,27 +46,6 @@ void ReadDescription(const SafetensorsFile& file, FieldLatentModel& model)
   }
 }
 
-/// Names and shapes of the tensors, and that their numbers are finite.
-void RequireTensors(const SafetensorsFile& file, const FieldLatentOptions& options)
-{
-  TensorShapes found;
-  for (const auto& [name, entry] : file.Tensors())
-  {
-    found[name] = entry.Shape;
-  }
-  const std::string differences = DifferencesOf(ExpectedFieldLatentTensors(options), found);
-  if (!differences.empty())
-  {
-    throw ModelMismatch(file.Name() +
-      ": the tensors are not those of the field latents that the metadata describe: " + differences + ".");
-  }
-  RequireModelSize(file);
-  for (const auto& entry : found)
-  {
-    file.RequireFinite(entry.first);
-  }
-}
-
 void CheckTensor(const std::string& name, const ModelTensor& tensor)
 {
   const std::int64_t count = std::accumulate(
@@ -150,7 +129,7 @@ FieldLatentModel ReadFieldLatents(const std::string& path)
   {
     throw ModelMismatch(path + ": " + error.what());
   }
-  RequireTensors(file, model.Options);
+  RequireTensors(file, ExpectedFieldLatentTensors(model.Options), "the field latents that the metadata describe");
   for (const auto& [name, entry] : file.Tensors())
   {
     model.Tensors[name] = { entry.Shape, file.Float32(name) };

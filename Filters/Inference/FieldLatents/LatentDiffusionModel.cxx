@@ -63,27 +63,6 @@ void ReadDescription(const SafetensorsFile& file, LatentDiffusionModel& model)
   reader.Fail("target", "\"noise\", \"data\" or \"velocity\"");
 }
 
-/// Names and shapes of the tensors, and that their numbers are finite.
-void RequireTensors(const SafetensorsFile& file, const LatentDiffusionOptions& options)
-{
-  TensorShapes found;
-  for (const auto& [name, entry] : file.Tensors())
-  {
-    found[name] = entry.Shape;
-  }
-  const std::string differences = DifferencesOf(ExpectedLatentDiffusionTensors(options), found);
-  if (!differences.empty())
-  {
-    throw ModelMismatch(file.Name() +
-      ": the tensors are not those of the diffusion model that the metadata describe: " + differences + ".");
-  }
-  RequireModelSize(file);
-  for (const auto& entry : found)
-  {
-    file.RequireFinite(entry.first);
-  }
-}
-
 void CheckDiffusionTensor(const std::string& name, const ModelTensor& tensor)
 {
   const std::int64_t count = std::accumulate(
@@ -157,7 +136,7 @@ LatentDiffusionModel ReadLatentDiffusion(const std::string& path)
   {
     throw ModelMismatch(path + ": " + error.what());
   }
-  RequireTensors(file, model.Options);
+  RequireTensors(file, ExpectedLatentDiffusionTensors(model.Options), "the diffusion model that the metadata describe");
   for (const auto& [name, entry] : file.Tensors())
   {
     model.Tensors[name] = { entry.Shape, file.Float32(name) };

@@ -80,12 +80,8 @@ TensorShapes ExpectedInFile(const SafetensorsFile& file, const GeometricTextureO
   add(StatisticsPrefix, ExpectedGeometricTextureStatistics(options));
   if (file.Contains(PointsName) || file.Contains(TrianglesName) || file.Contains(NoiseName))
   {
-    const auto rows = [&](const char* name) {
-      const bool hasRows = file.Contains(name) && !file.Entry(name).Shape.empty();
-      return hasRows ? file.Entry(name).Shape.front() : std::int64_t(1);
-    };
-    expected[PointsName] = expected[NoiseName] = { rows(PointsName), 3 };
-    expected[TrianglesName] = { rows(TrianglesName), 3 };
+    expected[PointsName] = expected[NoiseName] = { RowsIn(file, PointsName), 3 };
+    expected[TrianglesName] = { RowsIn(file, TrianglesName), 3 };
   }
   return expected;
 }
@@ -105,30 +101,6 @@ void ReadOptions(const SafetensorsFile& file, GeometricTextureModel& model)
   if (isFlow && model.Options.FlowSteps == 0)
   {
     reader.Fail(FlowStepsKey, "1 to 1000");
-  }
-}
-
-/// Checks names and shapes of the tensors, and that their numbers are finite.
-void RequireTensors(const SafetensorsFile& file, const GeometricTextureOptions& options)
-{
-  TensorShapes found;
-  for (const auto& [name, entry] : file.Tensors())
-  {
-    found[name] = entry.Shape;
-  }
-  const std::string differences = DifferencesOf(ExpectedInFile(file, options), found);
-  if (!differences.empty())
-  {
-    throw ModelMismatch(file.Name() +
-      ": the tensors are not those of the geometric texture that the metadata describe: " + differences + ".");
-  }
-  RequireModelSize(file);
-  for (const auto& entry : found)
-  {
-    if (entry.first != TrianglesName)
-    {
-      file.RequireFinite(entry.first);
-    }
   }
 }
 
@@ -353,7 +325,8 @@ GeometricTextureModel ReadGeometricTexture(const std::string& path)
   try
   {
     CheckOptions(model.Options); // before anything is as large as they say
-    RequireTensors(file, model.Options);
+    RequireTensors(
+      file, ExpectedInFile(file, model.Options), "the geometric texture that the metadata describe", TrianglesName);
     model.Generator = ReadTensors(file, ExpectedGeometricTextureTensors(model.Options, false), "");
     if (HasTensorsOf(file, StatisticsPrefix))
     {

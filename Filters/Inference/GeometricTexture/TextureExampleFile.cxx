@@ -8,7 +8,6 @@
 #include "Inference/GeometricTexture/GeometricTextureExample.h"
 
 #include <cmath>
-#include <cstdint>
 #include <vector>
 
 namespace surfsynth
@@ -24,15 +23,11 @@ constexpr const char* PlainPoints = "plain_points";
 constexpr const char* ExampleDirections = "directions";
 constexpr const char* LengthKey = "smoothing_length";
 
-/// Checks names and shapes of the tensors, and that their numbers are finite.
-void RequireExampleTensors(const SafetensorsFile& file)
+/// Shapes of the tensors that @p file must hold, given its optional parts.
+TensorShapes ExpectedInExample(const SafetensorsFile& file)
 {
-  const auto rows = [&](const char* name) {
-    const bool hasRows = file.Contains(name) && !file.Entry(name).Shape.empty();
-    return hasRows ? file.Entry(name).Shape.front() : std::int64_t(1);
-  };
-  TensorShapes expected{ { ExamplePoints, { rows(ExamplePoints), 3 } },
-    { ExampleTriangles, { rows(ExampleTriangles), 3 } } };
+  TensorShapes expected{ { ExamplePoints, { RowsIn(file, ExamplePoints), 3 } },
+    { ExampleTriangles, { RowsIn(file, ExampleTriangles), 3 } } };
   for (const char* name : { PlainPoints, ExampleDirections })
   {
     if (file.Contains(name))
@@ -40,24 +35,7 @@ void RequireExampleTensors(const SafetensorsFile& file)
       expected[name] = expected[ExamplePoints];
     }
   }
-  TensorShapes found;
-  for (const auto& [name, entry] : file.Tensors())
-  {
-    found[name] = entry.Shape;
-  }
-  const std::string differences = DifferencesOf(expected, found);
-  if (!differences.empty())
-  {
-    throw ModelMismatch(file.Name() + ": the tensors are not those of " + ExampleKind + ": " + differences + ".");
-  }
-  RequireModelSize(file);
-  for (const auto& entry : found)
-  {
-    if (entry.first != ExampleTriangles)
-    {
-      file.RequireFinite(entry.first);
-    }
-  }
+  return expected;
 }
 
 void RequireExample(const std::string& path, const TriangleMesh& mesh, const char* words)
@@ -78,7 +56,7 @@ TextureExampleFile ReadTextureExample(const std::string& path)
   const DescriptionReader reader(file, ExampleArchitecture);
   TextureExampleFile example;
   example.Name = reader.String("name");
-  RequireExampleTensors(file);
+  RequireTensors(file, ExpectedInExample(file), ExampleKind, ExampleTriangles);
   example.Textured = { ReadPoints(file, ExamplePoints), ReadTriangles(file, ExampleTriangles) };
   RequireExample(path, example.Textured, "example");
   if (file.Contains(PlainPoints))
