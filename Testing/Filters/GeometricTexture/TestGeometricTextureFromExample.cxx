@@ -64,6 +64,13 @@ vtkSmartPointer<Filter> FilterOn(vtkDataObject* input)
   return filter;
 }
 
+vtkSmartPointer<vtkDataArray> CopyOfPoints(Filter* filter)
+{
+  const auto copy = vtkSmartPointer<vtkDataArray>::Take(PointsOf(filter)->NewInstance());
+  copy->DeepCopy(PointsOf(filter));
+  return copy;
+}
+
 /// A filter with a second example, and the share of it on one half of the target.
 vtkSmartPointer<Filter> BlendOn(vtkPolyData* target)
 {
@@ -319,8 +326,7 @@ TEST(GeometricTextureFromExample, InstalledExamplesAreKnownByTheirNames)
   EXPECT_EQ(SynthesesOf(filter, [](Filter* f) { f->SetExampleFileName("mane"); }), 1);
   EXPECT_EQ(SynthesesOf(filter, [](Filter* f) { f->SetStrength(2.0); }), 0);
   const std::string path = std::string(filter->GetInstalledExamplesFolder()) + "/mane.safetensors";
-  const vtkSmartPointer<vtkDataArray> byName = PointsOf(filter)->NewInstance();
-  byName->DeepCopy(PointsOf(filter));
+  const auto byName = CopyOfPoints(filter);
   EXPECT_EQ(SynthesesOf(filter, [&](Filter* f) { f->SetExampleFileName(path.c_str()); }), 0) << "the same file";
   EXPECT_TRUE(SameBits(byName, PointsOf(filter)));
   EXPECT_EQ(SynthesesOf(filter, [](Filter* f) { f->SetSmoothingLength(6.0); }), 1) << "in place of that of the file";
@@ -345,13 +351,11 @@ TEST(GeometricTextureFromExample, FilesHoldTheDirectionOfTheirTexture)
   filter->SetNumberOfScales(1);
   filter->SetExampleFileName("mane");
   ASSERT_TRUE(Update(filter));
-  const vtkSmartPointer<vtkDataArray> without = PointsOf(filter)->NewInstance();
-  without->DeepCopy(PointsOf(filter));
+  const auto without = CopyOfPoints(filter);
   AddTangents(target, "Way");
   EXPECT_EQ(SynthesesOf(filter, [](Filter* f) { f->SetOrientationArrayName("Way"); }), 1);
   EXPECT_FALSE(SameBits(without, PointsOf(filter)));
-  const vtkSmartPointer<vtkDataArray> turned = PointsOf(filter)->NewInstance();
-  turned->DeepCopy(PointsOf(filter));
+  const auto turned = CopyOfPoints(filter);
   filter->SetExampleFileName("cortex");
   EXPECT_THAT(ErrorOf(filter), HasSubstr("ExampleFileName: \"cortex\" has no direction"));
   // The same surface on the port, with the same smoothing and direction, gives the same bits.
