@@ -64,13 +64,6 @@ vtkSmartPointer<Filter> FilterOn(vtkDataObject* input)
   return filter;
 }
 
-vtkSmartPointer<vtkDataArray> CopyOfPoints(Filter* filter)
-{
-  const auto copy = vtkSmartPointer<vtkDataArray>::Take(PointsOf(filter)->NewInstance());
-  copy->DeepCopy(PointsOf(filter));
-  return copy;
-}
-
 /// A filter with a second example, and the share of it on one half of the target.
 vtkSmartPointer<Filter> BlendOn(vtkPolyData* target)
 {
@@ -105,6 +98,13 @@ FilterTraits Traits()
 vtkDataArray* PointsOf(vtkAlgorithm* filter)
 {
   return vtkPolyData::SafeDownCast(filter->GetOutputDataObject(0))->GetPoints()->GetData();
+}
+
+vtkSmartPointer<vtkDataArray> CopyOfPoints(Filter* filter)
+{
+  const auto copy = vtkSmartPointer<vtkDataArray>::Take(PointsOf(filter)->NewInstance());
+  copy->DeepCopy(PointsOf(filter));
+  return copy;
 }
 
 /// Adds directions around the z axis at the points.
