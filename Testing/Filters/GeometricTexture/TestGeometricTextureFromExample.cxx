@@ -288,11 +288,11 @@ TEST(GeometricTextureFromExample, BitsDoNotDependOnThreads)
 
 TEST(GeometricTextureFromExample, AbortsAndGoesOn)
 {
-  const auto filter = FilterOn(Icosphere(3).ToPolyData());
+  const auto filter = FilterOn(Icosphere(2).ToPolyData());
   ExpectAbortAndRecovery(filter, 0.4, 1.0);
-  ExpectSteadyProgress(FilterOn(Icosphere(3).ToPolyData()));
-  ExpectAbortAndRecovery(BlendOn(Icosphere(3).ToPolyData()), 0.4, 1.0);
-  ExpectSteadyProgress(BlendOn(Icosphere(3).ToPolyData()));
+  ExpectSteadyProgress(FilterOn(Icosphere(2).ToPolyData()));
+  ExpectAbortAndRecovery(BlendOn(Icosphere(2).ToPolyData()), 0.4, 1.0);
+  ExpectSteadyProgress(BlendOn(Icosphere(2).ToPolyData()));
 }
 
 TEST(GeometricTextureFromExample, BlocksDifferAndSameBlocksAreKept)
@@ -317,7 +317,7 @@ TEST(GeometricTextureFromExample, InstalledExamplesAreKnownByTheirNames)
   ASSERT_EQ(filter->GetInstalledExamples()->GetNumberOfValues(), 3);
   EXPECT_EQ(filter->GetInstalledExamples()->GetValue(1), "mane");
   EXPECT_THAT(filter->GetInstalledExamplesFolder(), HasSubstr("Models"));
-  const auto target = Icosphere(2).ToPolyData();
+  const auto target = Icosphere(1).ToPolyData();
   AddPointField(target, "Share", [](const double* p) { return p[2] > 0.0 ? 1.0 : 0.0; });
   filter->SetInputData(target);
   filter->SetSubdivisions(0);
