@@ -6,10 +6,83 @@
 #include "Core/Common/Errors.h"
 
 #include <vtkDataObject.h>
+#include <vtkDataObjectTree.h>
+#include <vtkDataObjectTreeIterator.h>
 #include <vtkPointSet.h>
+#include <vtkSmartPointer.h>
+
+#include <algorithm>
 
 namespace surfsynth
 {
+
+namespace
+{
+using Children = std::vector<vtkDataObject*>;
+
+/// The children of a composite dataset, null ones too; none of a dataset.
+Children ChildrenOf(vtkDataObject* data)
+{
+  Children children;
+  if (auto* tree = vtkDataObjectTree::SafeDownCast(data))
+  {
+    const auto place = vtkSmartPointer<vtkDataObjectTreeIterator>::Take(tree->NewTreeIterator());
+    place->VisitOnlyLeavesOff();
+    place->TraverseSubTreeOff();
+    place->SkipEmptyNodesOff();
+    for (place->InitTraversal(); !place->IsDoneWithTraversal(); place->GoToNextItem())
+    {
+      children.push_back(place->GetCurrentDataObject());
+    }
+  }
+  return children;
+}
+
+/// Calls visit(flat index, block, what stands in its place) for the blocks of @p input, in order, while it returns true.
+template <typename Visit>
+bool VisitBlocks(vtkDataObject* input, vtkDataObject* shapes, unsigned int& flatIndex, const Visit& visit)
+{
+  if (!visit(flatIndex, input, shapes))
+  {
+    return false;
+  }
+  const Children blocks = ChildrenOf(input), places = ChildrenOf(shapes);
+  for (std::size_t k = 0; k < blocks.size(); ++k)
+  {
+    ++flatIndex;
+    if (!VisitBlocks(blocks[k], k < places.size() ? places[k] : nullptr, flatIndex, visit))
+    {
+      return false;
+    }
+  }
+  return true;
+}
+} // namespace
+
+vtkDataObject* ShapesOfBlock(vtkDataObject* input, vtkDataObject* shapes, unsigned int flatIndex)
+{
+  vtkDataObject* found = nullptr;
+  unsigned int first = 0;
+  VisitBlocks(input, shapes, first, [&](unsigned int index, vtkDataObject*, vtkDataObject* place) {
+    found = index == flatIndex ? place : nullptr;
+    return index != flatIndex;
+  });
+  return found;
+}
+
+std::size_t MostShapes(vtkDataObject* input, vtkDataObject* shapes)
+{
+  std::size_t most = 0;
+  unsigned int first = 0;
+  VisitBlocks(input, shapes, first, [&](unsigned int, vtkDataObject* block, vtkDataObject* place) {
+    if (block && !vtkDataObjectTree::SafeDownCast(block))
+    {
+      most = std::max(most, LeavesOf(place).size());
+    }
+    return true;
+  });
+  return most;
+}
 
 std::vector<MovedCopy> MovedCopies(vtkDataObject* shapes, vtkPointSet* body)
 {

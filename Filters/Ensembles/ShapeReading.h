@@ -5,6 +5,7 @@
 
 #include "Core/Mesh/TriangleMesh.h"
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,13 @@ struct MovedCopy
   vtkPointSet* Copy = nullptr; ///< belongs to the input
   std::string Name;            ///< "Block 3", or "The dataset" by itself: begins messages
 };
+
+/// What stands in @p shapes in the place of a block of @p input: @p shapes itself for flat index 0, and null where that place is
+/// missing or empty. A composite dataset in the place of a block counts as one.
+vtkDataObject* ShapesOfBlock(vtkDataObject* input, vtkDataObject* shapes, unsigned int flatIndex);
+
+/// Number of shapes of the block of @p input that has the most of them; of a dataset by itself all.
+std::size_t MostShapes(vtkDataObject* input, vtkDataObject* shapes);
 
 /// The datasets of @p shapes, a dataset or the leaves of a composite one, in order, without null ones.
 /// @throws InvalidInput when there is none, or one has no points of its own or another number of points than @p body

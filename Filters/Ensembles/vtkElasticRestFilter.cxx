@@ -3,7 +3,6 @@
 
 #include "BlockBridge.h"
 #include "BlockCache.h"
-#include "DataObjects.h"
 #include "ElasticDomain.h"
 #include "EnsembleCopies.h"
 #include "FilterSupport.h"
@@ -116,8 +115,9 @@ public:
   {}
 
   /// Starts an update with tetrahedra, or null, and shapes, or none.
-  void Begin(vtkDataObject* tetrahedra, vtkDataObject* shapes)
+  void Begin(vtkDataObject* input, vtkDataObject* tetrahedra, vtkDataObject* shapes)
   {
+    this->Input = input;
     this->Grid = vtkUnstructuredGrid::SafeDownCast(tetrahedra);
     this->Shapes = shapes;
     this->Tetrahedra.reset();
@@ -130,6 +130,7 @@ public:
     this->Tetrahedra.reset();
     this->Grid = nullptr;
     this->Shapes = nullptr;
+    this->Input = nullptr;
     this->Blocks.DropUnused();
   }
 
@@ -172,7 +173,7 @@ public:
     {
       return "UpDirection is not finite, or has no length; expected a direction.";
     }
-    const std::size_t shapes = surfsynth::LeavesOf(given).size();
+    const std::size_t shapes = surfsynth::MostShapes(input, given);
     const int samples = given ? static_cast<int>(std::max<std::size_t>(shapes, 1)) : this->Self->NumberOfSamples;
     // Points and displacements, in double precision while they are made and afterwards in that of the input.
     std::string problem = surfsynth::ProblemOfMemory(input, { samples, 48.0, 0.0, 8192.0, this->Self->MemoryLimit });
@@ -195,12 +196,14 @@ private:
     {
       return {};
     }
-    if (block.FlatIndex != 0)
+    vtkDataObject* shapes = surfsynth::ShapesOfBlock(this->Input, this->Shapes, block.FlatIndex);
+    if (!shapes)
     {
       throw surfsynth::InvalidInput(
-        "Shapes of a composite input are not supported; expected a dataset, of which they are moved copies.");
+        "There are no shapes in the place of this block; expected a composite dataset as the "
+        "input, with moved copies of each block in its place.");
     }
-    return surfsynth::MovedCopies(this->Shapes, vtkPointSet::SafeDownCast(block.Input));
+    return surfsynth::MovedCopies(shapes, vtkPointSet::SafeDownCast(block.Input));
   }
 
   /// Rest states after random drops.
@@ -314,6 +317,7 @@ private:
   vtkElasticRestFilter* Self;
   vtkSmartPointer<vtkUnstructuredGrid> Grid;
   std::optional<surfsynth::TetrahedralMesh> Tetrahedra; ///< of this update
+  vtkDataObject* Input = nullptr;                       ///< of this update
   vtkDataObject* Shapes = nullptr;                      ///< of this update
 };
 
@@ -374,7 +378,7 @@ int vtkElasticRestFilter::RequestData(
     vtkDataObject::GetData(outputVector)->Initialize();
     return 0;
   }
-  this->Impl->Begin(vtkDataObject::GetData(inputVector[1]), shapes);
+  this->Impl->Begin(vtkDataObject::GetData(inputVector[0]), vtkDataObject::GetData(inputVector[1]), shapes);
   const auto makeRestStates = [this](const surfsynth::Block& block, const surfsynth::Progress& progress) {
     this->Impl->MakeRestStates(block, progress);
   };

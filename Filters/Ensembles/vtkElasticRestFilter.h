@@ -25,7 +25,8 @@
  * for each shape the body is laid, undeformed, next to it, drawn into it by springs, which end where the floor or the body
  * itself is in the way, and let go; it creeps to the next equilibrium, and is turned as the input lies unless Align is off.
  * Seed, NumberOfSamples, DropHeight, the spins, RandomOrientation, Damping and MaximumTime are not used, and TimeStep is where
- * the creep begins. Not for composite inputs on port 0.
+ * the creep begins. For a composite dataset on port 0, a composite dataset with the shapes of each block in its place, as
+ * vtkFlowMatchingDeformer makes it of the same input.
  *
  * @par Output
  * A vtkMultiBlockDataSet (for a composite input, the input's class with one in place of each block) with a copy of the

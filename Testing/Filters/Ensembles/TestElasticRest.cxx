@@ -253,6 +253,44 @@ TEST(ElasticRest, ShapesComeToTheRestStatesNextToThem)
   }
 }
 
+TEST(ElasticRest, ShapesStandInThePlacesOfTheirBlocks)
+{
+  const auto plank = Plank();
+  vtkNew<vtkMultiBlockDataSet> inner, bodies;
+  inner->SetBlock(0, plank);
+  bodies->SetBlock(0, plank);
+  bodies->SetBlock(1, nullptr);
+  bodies->SetBlock(2, inner);
+  const auto drop = Quick(bodies, 2);
+  ASSERT_TRUE(Update(drop));
+  const auto settle = Quick(bodies);
+  settle->SetShapesConnection(drop->GetOutputPort());
+  ASSERT_TRUE(Update(settle));
+  const auto at = [](vtkAlgorithm* filter, unsigned int block) {
+    auto* output = vtkMultiBlockDataSet::SafeDownCast(filter->GetOutputDataObject(0))->GetBlock(block);
+    auto* tree = vtkMultiBlockDataSet::SafeDownCast(output);
+    return block == 0 ? tree : vtkMultiBlockDataSet::SafeDownCast(tree->GetBlock(0));
+  };
+  for (const unsigned int block : { 0U, 2U })
+  {
+    const auto alone = Quick(plank);
+    alone->SetShapesData(at(drop, block));
+    ASSERT_TRUE(Update(alone));
+    ASSERT_EQ(at(settle, block)->GetNumberOfBlocks(), 2U);
+    auto* state = vtkPointSet::SafeDownCast(at(settle, block)->GetBlock(1));
+    EXPECT_TRUE(SameBits(state->GetPoints()->GetData(), Sample(alone, 1)->GetPoints()->GetData())) << block;
+  }
+  settle->SetMemoryLimit(1);
+  vtkNew<vtkMultiBlockDataSet> many, shapes;
+  for (unsigned int k = 0; k < 1000; ++k)
+  {
+    many->SetBlock(k, plank);
+  }
+  shapes->SetBlock(0, many);
+  settle->SetShapesData(shapes);
+  EXPECT_THAT(ErrorOf(settle), HasSubstr("A number of shapes of "));
+}
+
 TEST(ElasticRest, PointsThatNothingUsesDoNotMatterToShapes)
 {
   const auto plank = Plank();
@@ -308,7 +346,7 @@ TEST(ElasticRest, SaysWhichShapeIsWrong)
   EventRecorder events(filter);
   filter->SetShapesData(Plank());
   Update(filter); // blocks that fail are left empty
-  EXPECT_THAT(events.AllErrors(), HasSubstr("Shapes of a composite input are not supported"));
+  EXPECT_THAT(events.AllErrors(), HasSubstr("Block 1: There are no shapes in the place of this block"));
   filter->SetInputDataObject(plank);
   filter->SetMemoryLimit(1);
   vtkNew<vtkMultiBlockDataSet> many;
