@@ -22,7 +22,7 @@ struct MovedCopy
   std::string Name;            ///< "Block 3", or "The dataset" by itself: begins messages
 };
 
-/// What stands in @p shapes in the place of a block of @p input: @p shapes itself for flat index 0, and null where that place is
+/// Finds the place of a block of @p input in @p shapes: @p shapes itself for flat index 0, and null where the place is
 /// missing or empty. A composite dataset in the place of a block counts as one.
 vtkDataObject* ShapesOfBlock(vtkDataObject* input, vtkDataObject* shapes, unsigned int flatIndex);
 
