@@ -70,18 +70,22 @@ vtkDataObject* ShapesOfBlock(vtkDataObject* input, vtkDataObject* shapes, unsign
   return found;
 }
 
-std::size_t MostShapes(vtkDataObject* input, vtkDataObject* shapes)
+ShapeCounts CountShapes(vtkDataObject* input, vtkDataObject* shapes)
 {
-  std::size_t most = 0;
+  ShapeCounts counts;
+  std::size_t placed = 0;
   unsigned int first = 0;
   VisitBlocks(input, shapes, first, [&](unsigned int, vtkDataObject* block, vtkDataObject* place) {
-    if (block && !vtkDataObjectTree::SafeDownCast(block))
+    if (!vtkDataObjectTree::SafeDownCast(block)) // null where another MPI rank has it
     {
-      most = std::max(most, LeavesOf(place).size());
+      const std::size_t here = LeavesOf(place).size();
+      placed += here;
+      counts.Most = std::max(counts.Most, here);
     }
     return true;
   });
-  return most;
+  counts.Lost = LeavesOf(shapes).size() - placed;
+  return counts;
 }
 
 std::vector<MovedCopy> MovedCopies(vtkDataObject* shapes, vtkPointSet* body)

@@ -26,8 +26,15 @@ struct MovedCopy
 /// missing or empty. A composite dataset in the place of a block counts as one.
 vtkDataObject* ShapesOfBlock(vtkDataObject* input, vtkDataObject* shapes, unsigned int flatIndex);
 
-/// Number of shapes of the block of @p input that has the most of them; of a dataset by itself all.
-std::size_t MostShapes(vtkDataObject* input, vtkDataObject* shapes);
+/// Numbers of shapes.
+struct ShapeCounts
+{
+  std::size_t Most = 0; ///< of the block that has the most of them
+  std::size_t Lost = 0; ///< in no place of a block, 0 for a dataset by itself
+};
+
+/// Counts the shapes of the blocks of @p input.
+ShapeCounts CountShapes(vtkDataObject* input, vtkDataObject* shapes);
 
 /// The datasets of @p shapes, a dataset or the leaves of a composite one, in order, without null ones.
 /// @throws InvalidInput when there is none, or one has no points of its own or another number of points than @p body

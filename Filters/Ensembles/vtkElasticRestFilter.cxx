@@ -48,6 +48,10 @@ namespace
 {
 const surfsynth::BlockTypes BodyToRestStates{ { "vtkPolyData", "vtkUnstructuredGrid" }, "vtkMultiBlockDataSet" };
 
+/// Ends messages about shapes of composite inputs.
+constexpr const char* PlacesExpected =
+  "; expected a composite dataset as the input, with moved copies of each block in its place.";
+
 /// Diagonal of a body without a unit, meters.
 constexpr double DefaultDiagonal = 0.5;
 
@@ -173,8 +177,12 @@ public:
     {
       return "UpDirection is not finite, or has no length; expected a direction.";
     }
-    const std::size_t shapes = surfsynth::MostShapes(input, given);
-    const int samples = given ? static_cast<int>(std::max<std::size_t>(shapes, 1)) : this->Self->NumberOfSamples;
+    const surfsynth::ShapeCounts shapes = surfsynth::CountShapes(input, given);
+    if (shapes.Lost > 0)
+    {
+      return std::to_string(shapes.Lost) + " of the shapes stand in no place of a block of the input" + PlacesExpected;
+    }
+    const int samples = given ? static_cast<int>(std::max<std::size_t>(shapes.Most, 1)) : this->Self->NumberOfSamples;
     // Points and displacements, in double precision while they are made and afterwards in that of the input.
     std::string problem = surfsynth::ProblemOfMemory(input, { samples, 48.0, 0.0, 8192.0, this->Self->MemoryLimit });
     const std::string advice = "A NumberOfSamples of ";
@@ -199,9 +207,7 @@ private:
     vtkDataObject* shapes = surfsynth::ShapesOfBlock(this->Input, this->Shapes, block.FlatIndex);
     if (!shapes)
     {
-      throw surfsynth::InvalidInput(
-        "There are no shapes in the place of this block; expected a composite dataset as the "
-        "input, with moved copies of each block in its place.");
+      throw surfsynth::InvalidInput(std::string("There are no shapes in the place of this block") + PlacesExpected);
     }
     return surfsynth::MovedCopies(shapes, vtkPointSet::SafeDownCast(block.Input));
   }

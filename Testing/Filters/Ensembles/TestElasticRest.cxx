@@ -343,10 +343,17 @@ TEST(ElasticRest, SaysWhichShapeIsWrong)
   vtkNew<vtkMultiBlockDataSet> bodies;
   bodies->SetBlock(0, plank);
   filter->SetInputDataObject(bodies);
+  EXPECT_THAT(
+    errorWith(plank), HasSubstr("1 of the shapes stand in no place of a block of the input; expected a comp"));
+  blocks->SetBlock(1, plank);
+  EXPECT_THAT(errorWith(blocks), HasSubstr("1 of the shapes stand in no place of a block of the input")) << "one body";
+  bodies->SetBlock(1, plank);
+  blocks->SetBlock(1, nullptr);
+  filter->SetShapesData(blocks);
   EventRecorder events(filter);
-  filter->SetShapesData(Plank());
   Update(filter); // blocks that fail are left empty
-  EXPECT_THAT(events.AllErrors(), HasSubstr("Block 1: There are no shapes in the place of this block"));
+  EXPECT_THAT(
+    events.AllErrors(), HasSubstr("Block 2: There are no shapes in the place of this block; expected a comp"));
   filter->SetInputDataObject(plank);
   filter->SetMemoryLimit(1);
   vtkNew<vtkMultiBlockDataSet> many;
