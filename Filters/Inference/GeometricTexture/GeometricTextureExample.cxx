@@ -9,6 +9,7 @@
 #include "Core/Statistics/GeometricTextureFeatures.h"
 #include "Inference/Common/MatrixProduct.h"
 #include "Inference/GeometricTexture/PatchCenters.h"
+#include "Inference/GeometricTexture/PatchClusters.h"
 #include "Inference/GeometricTexture/TexturePatches.h"
 
 #include <Eigen/Eigenvalues>
@@ -26,15 +27,18 @@ namespace
 {
 /// Fraction of the spacing over which the displacement is smoothed twice, as by SmoothedForm().
 constexpr double SmoothingOfSpacing = 0.2;
-/// Patches for a square of the spacing, with axes along directions and at random, and bounds of their number.
-constexpr double OrientedPatchesOfSquare = 18.0, PatchesOfSquare = 72.0;
+/// Patches for a square of the spacing; bounds of their number, with those that are turned.
+constexpr double PatchesOfSquare = 18.0;
 constexpr std::int64_t FewestPatches = 1024, MostPatches = 131072;
+/// Quarter turns of a patch whose axes are at random, the one without a turn included.
+constexpr std::int64_t QuarterTurns = 4;
 /// Most principal components, and the share of the variance that is enough.
 constexpr Eigen::Index MostComponents = 40;
 constexpr float EnoughVariance = 0.98F;
 /// Widest patch over the mean distance of peaks.
 constexpr double WidthOfPeaks = 2.5;
 constexpr int MostAutomaticScales = 6;
+constexpr std::uint32_t ClusterNumbers = 1; ///< component of the key of the clusters
 
 [[noreturn]] void Refuse(const std::string& problem) { throw InvalidInput("GeometricTextureExample: " + problem); }
 
@@ -77,10 +81,29 @@ std::vector<PatchCenter> WithoutMargin(
   return kept;
 }
 
-/// Reads the patches that lie inside.
-/// @param count number of patches with those in the margin @param scale its number; both for messages
+/// Writes the values of a patch as another one with the same center has them, whose axes are turned by a quarter.
+void Turn(const float* values, float* turned)
+{
+  constexpr int radius = TexturePatches::Radius, side = TexturePatches::Side;
+  for (int j = -radius; j <= radius; ++j)
+  {
+    for (int i = -radius; i <= radius; ++i)
+    {
+      // Its axes are y and -x: i y - j x.
+      const float* value = values + 3 * (side * (i + radius) + radius - j);
+      float* to = turned + 3 * (side * (j + radius) + i + radius);
+      to[0] = value[1];
+      to[1] = -value[0];
+      to[2] = value[2];
+    }
+  }
+}
+
+/// Reads the patches that lie inside, and turns them.
+/// @param turns number of quarter turns of each @param count number of patches with those in the margin @param scale its
+/// number; both for messages
 ExamplePatches::Rows ReadPatches(
-  const TexturePatches& patches, std::int64_t count, int scale, const SinglePoints& displacement)
+  const TexturePatches& patches, std::int64_t turns, std::int64_t count, int scale, const SinglePoints& displacement)
 {
   std::vector<std::int64_t> inside;
   for (std::int64_t p = 0; p < patches.Count(); ++p)
@@ -90,17 +113,22 @@ ExamplePatches::Rows ReadPatches(
       inside.push_back(p);
     }
   }
-  if (inside.size() < 64)
+  const auto found = static_cast<std::int64_t>(inside.size());
+  if (found * turns < 64)
   {
-    Refuse("only " + std::to_string(inside.size()) + " of " + std::to_string(count) + " patches of scale " +
+    Refuse("only " + std::to_string(found) + " of " + std::to_string(count) + " patches of scale " +
       std::to_string(scale + 1) +
       " lie inside the example; a larger example, fewer scales or a smaller SmoothingLength are needed.");
   }
-  ExamplePatches::Rows rows(static_cast<Eigen::Index>(inside.size()), TexturePatches::Components);
-  ParallelFor(rows.rows(), 256, [&](std::int64_t begin, std::int64_t end) {
+  ExamplePatches::Rows rows(turns * found, TexturePatches::Components);
+  ParallelFor(found, 64, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t p = begin; p < end; ++p)
     {
-      patches.Read(inside[static_cast<std::size_t>(p)], displacement, rows.row(p).data());
+      patches.Read(inside[static_cast<std::size_t>(p)], displacement, rows.row(turns * p).data());
+      for (std::int64_t row = turns * p + 1; row < turns * (p + 1); ++row)
+      {
+        Turn(rows.row(row - 1).data(), rows.row(row).data());
+      }
     }
   });
   return rows;
@@ -126,10 +154,10 @@ void Project(ExamplePatches& scale)
   {
     weights(k) = ofSamples(k / 3);
   }
-  ExamplePatches::Rows centered = (scale.Values.rowwise() - scale.Mean.transpose()) * weights.asDiagonal();
-  const ExamplePatches::Rows transposed = centered.transpose();
+  const ExamplePatches::Rows centered = (scale.Values.rowwise() - scale.Mean.transpose()) * weights.asDiagonal();
   ExamplePatches::Rows covariance(weights.size(), weights.size());
-  Multiply(transposed.data(), centered.data(), covariance.data(), weights.size(), centered.rows(), weights.size());
+  MultiplyBlocks({ centered.data(), centered.cols(), true }, { centered.data(), centered.cols() }, covariance.data(),
+    covariance.cols(), covariance.rows(), centered.rows(), covariance.cols());
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXf> solver(
     Eigen::MatrixXf(covariance / static_cast<float>(centered.rows())));
   const Eigen::VectorXf variances = solver.eigenvalues().reverse().cwiseMax(0.0F);
@@ -199,16 +227,17 @@ GeometricTextureExample::GeometricTextureExample(const TriangleMesh& textured, c
     distribution.Key.Seed = options.Seed;
     distribution.Key.Sample = static_cast<std::uint32_t>(s);
     const double squares = AreaInSquares(surface, distribution);
-    const double ofSquare = this->Oriented ? OrientedPatchesOfSquare : PatchesOfSquare;
-    const auto count = static_cast<std::int64_t>(
-      std::clamp(ofSquare * squares, static_cast<double>(FewestPatches), static_cast<double>(MostPatches)));
+    const std::int64_t turns = this->Oriented ? 1 : QuarterTurns;
+    const auto count = static_cast<std::int64_t>(std::clamp(
+      PatchesOfSquare * squares, static_cast<double>(FewestPatches / turns), static_cast<double>(MostPatches / turns)));
     const TexturePatches patches(
       surface, WithoutMargin(surface, DrawPatchCenters(surface, distribution, count), options.Margin), part);
-    scale.Values = ReadPatches(patches, count, s,
+    scale.Values = ReadPatches(patches, turns, count, s,
       s == 0 ? SinglePoints(displacement.cast<float>())
              : Smoothed(surface, displacement, SmoothingOfSpacing * distribution.Spacing));
     Measure(scale);
     Project(scale);
+    SortIntoClusters(scale, { options.Seed, static_cast<std::uint32_t>(s), ClusterNumbers }, part);
     this->Patches.push_back(std::move(scale));
     Report(part, 1.0);
   }

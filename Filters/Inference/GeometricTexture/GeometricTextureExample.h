@@ -36,10 +36,11 @@ struct ExamplePatches
 
   double Spacing =
     0.0;            ///< of the grids, mean edge lengths of the example: 2 to the number of the scale, 0 for the finest
-  Rows Values;      ///< [N, C], displacements at the samples of the patches
+  Rows Values;      ///< [N, C], displacements at the samples of the patches, sorted by cluster
   Rows Basis;       ///< [C, D], weighted principal components: coordinates of a patch are its values times Basis
   Rows Coordinates; ///< [D, N], those of the patches
   Eigen::VectorXf Squares;      ///< [N], their squared norms
+  std::vector<Index> Clusters;  ///< [K + 1], first patch of each cluster of patches that look alike, and N; empty: none
   Eigen::VectorXf Mean;         ///< [C], mean of the patches
   double MeanHeight = 0.0;      ///< mean of the displacements along the normals
   double HeightDeviation = 0.0; ///< their standard deviation

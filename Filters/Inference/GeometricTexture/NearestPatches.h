@@ -8,16 +8,22 @@
 
 #include <Eigen/Core>
 
+#include <cstdint>
 #include <vector>
 
 namespace surfsynth
 {
 
-/// Search for the patches of an example that are nearest to others: all pairs, in tiles, in parallel.
+/// Search for the patches of an example that are nearest to others, in parallel. Compares a patch with those of the clusters of the
+/// example that are nearest to it in the mean: with all where there are at most NearestClusters, else with a part of them, so that
+/// the nearest one may be missed for one that is nearly as near.
 class NearestPatches
 {
 public:
-  /// Keeps a reference to @p example.
+  /// Clusters that a patch is compared with.
+  static constexpr std::int64_t NearestClusters = 16;
+
+  /// Keeps a reference to @p example. Without clusters all patches are compared.
   explicit NearestPatches(const ExamplePatches& example);
 
   /// Divides the squared distances of each patch of the example by @p completeness + m, where m is the smallest one from any of
@@ -31,12 +37,15 @@ public:
   std::vector<Index> Find(const ExamplePatches::Rows& coordinates, const Progress& progress = {}) const;
 
 private:
-  class Tiles;
+  class Block;
   void SetWeights(const Eigen::ArrayXf& weights);
+  std::vector<Index> FindIn(const Block& block, const Progress& progress) const;
 
   const ExamplePatches& Example;
+  std::vector<Index> Clusters; ///< [K + 1], see ExamplePatches::Clusters
   /// [D + 2, N]: a row (x, |x|^2, 1) times this is the weighted squared distance of x from each patch of the example.
   ExamplePatches::Rows Forms;
+  ExamplePatches::Rows MeanForms; ///< [D + 2, K], their means in the clusters: of the weighted squared distances
 };
 
 } // namespace surfsynth

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Inference/GeometricTexture/PatchFit.h"
 
+#include "Core/Common/Parallel.h"
+
 #include <utility>
 
 namespace surfsynth
@@ -12,6 +14,8 @@ namespace
 /// displacements at the ends of an edge, for each of its triangles. They count where no patch is.
 constexpr float EarlierWeight = 1e-5F, DifferenceWeight = 3e-3F;
 constexpr int Iterations = 15;
+/// Parts of the patches that add to the right-hand side at the same time.
+constexpr std::int64_t RightHandSideParts = 8;
 /// Power of the weights of the samples: where patches do not agree, the one with the nearest center prevails, and their mean
 /// blurs less.
 constexpr float Sharpness = 3.0F;
@@ -50,15 +54,7 @@ void PatchFit::Weigh(std::vector<Eigen::VectorXf> factors)
 
 void PatchFit::Fit(const RowOfPatch& rowOf, SinglePoints& displacement) const
 {
-  SinglePoints rightHandSide = EarlierWeight * displacement;
-  for (std::size_t set = 0; set < this->Sets.size(); ++set)
-  {
-    for (std::int64_t p = 0; p < this->Sets[set]->Count(); ++p)
-    {
-      this->Sets[set]->AddWeighted(p, rowOf(set, p), this->Weights, this->Factors[set](p), rightHandSide);
-    }
-  }
-  SinglePoints residual = rightHandSide - this->Apply(displacement);
+  SinglePoints residual = this->RightHandSide(rowOf, displacement) - this->Apply(displacement);
   SinglePoints direction = this->Divide(residual);
   Eigen::Array3f projected = Dot(residual, direction);
   for (int iteration = 0; iteration < Iterations; ++iteration)
@@ -74,6 +70,30 @@ void PatchFit::Fit(const RowOfPatch& rowOf, SinglePoints& displacement) const
     direction = conditioned + direction * ratio.matrix().asDiagonal();
     projected = next;
   }
+}
+
+/// Returns the right-hand side of the fit, in parts that do not depend on the number of threads.
+SinglePoints PatchFit::RightHandSide(const RowOfPatch& rowOf, const SinglePoints& displacement) const
+{
+  std::vector<SinglePoints> parts(RightHandSideParts);
+  ParallelTasks(RightHandSideParts, [&](std::int64_t part) {
+    SinglePoints& sum = parts[static_cast<std::size_t>(part)];
+    sum = SinglePoints::Zero(displacement.rows(), 3);
+    for (std::size_t set = 0; set < this->Sets.size(); ++set)
+    {
+      const std::int64_t count = this->Sets[set]->Count();
+      for (std::int64_t p = part * count / RightHandSideParts; p < (part + 1) * count / RightHandSideParts; ++p)
+      {
+        this->Sets[set]->AddWeighted(p, rowOf(set, p), this->Weights, this->Factors[set](p), sum);
+      }
+    }
+  });
+  SinglePoints rightHandSide = EarlierWeight * displacement;
+  for (const SinglePoints& part : parts)
+  {
+    rightHandSide += part;
+  }
+  return rightHandSide;
 }
 
 SinglePoints PatchFit::Divide(const SinglePoints& rows) const

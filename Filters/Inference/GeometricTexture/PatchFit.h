@@ -33,6 +33,7 @@ public:
   void Fit(const RowOfPatch& rowOf, SinglePoints& displacement) const;
 
 private:
+  SinglePoints RightHandSide(const RowOfPatch& rowOf, const SinglePoints& displacement) const;
   SinglePoints Apply(const SinglePoints& x) const;
   SinglePoints Divide(const SinglePoints& rows) const;
 

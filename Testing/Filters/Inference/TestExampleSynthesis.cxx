@@ -8,11 +8,13 @@
 #include "Core/Mesh/SurfacePlace.h"
 #include "Core/Operators/SurfaceOperators.h"
 #include "Core/Random/CounterNormals.h"
+#include "Core/Solvers/SingleThreadedBlas.h"
 #include "Core/Statistics/GeometricTextureFeatures.h"
 #include "Inference/GeometricTexture/ExampleBlend.h"
 #include "Inference/GeometricTexture/ExampleSynthesis.h"
 #include "Inference/GeometricTexture/GeometricTextureExample.h"
 #include "Inference/GeometricTexture/NearestPatches.h"
+#include "Inference/GeometricTexture/TexturePatches.h"
 
 #include <Eigen/Geometry>
 #include <gmock/gmock.h>
@@ -136,6 +138,63 @@ TEST(ExampleSynthesis, NearestPatchesAreThoseOfAllPairs)
     const Eigen::ArrayXd scores = distances.row(r).transpose() / (least + static_cast<double>(completeness));
     EXPECT_NEAR(scores(found[static_cast<std::size_t>(r)]), scores.minCoeff(), 1e-3 * scores.minCoeff() + 1e-4) << r;
     EXPECT_NEAR(distances(r, nearest[static_cast<std::size_t>(r)]), distances.row(r).minCoeff(), 1e-4) << r;
+  }
+}
+
+TEST(ExampleSynthesis, FoundPatchesOfManyAreHardlyFartherThanTheNearest)
+{
+  const ExamplePatches& scale = Bumps().Scales().front();
+  ASSERT_GT(scale.Clusters.size(), 10 * NearestPatches::NearestClusters);
+  EXPECT_TRUE(std::is_sorted(scale.Clusters.begin(), scale.Clusters.end(), std::less_equal<>()));
+  EXPECT_EQ(scale.Clusters.front(), 0);
+  EXPECT_EQ(scale.Clusters.back(), scale.Count());
+  // Between two patches of the example that may look like nothing of each other.
+  const Eigen::Index rows = 500, stride = scale.Count() / rows;
+  ExamplePatches::Rows coordinates(rows, scale.Coordinates.rows());
+  for (Eigen::Index r = 0; r < rows; ++r)
+  {
+    coordinates.row(
+      r) = (0.7F * scale.Coordinates.col(r * stride) + 0.3F * scale.Coordinates.col((r * 7919 + 1) % scale.Count()))
+             .transpose();
+  }
+  const SingleThreadedBlas blas;
+  ExamplePatches all = scale;
+  all.Clusters.clear();
+  for (const float completeness : { 1e30F, 0.01F })
+  {
+    NearestPatches search(scale), ofAll(all);
+    search.Prefer(coordinates, completeness);
+    ofAll.Prefer(coordinates, completeness);
+    const std::vector<Index> found = search.Find(coordinates), nearest = ofAll.Find(coordinates);
+    double ofFound = 0.0, least = 0.0;
+    for (Eigen::Index r = 0; r < rows; ++r)
+    {
+      const auto distance = [&](Index patch) {
+        return static_cast<double>((scale.Coordinates.col(patch) - coordinates.row(r).transpose()).norm());
+      };
+      ofFound += distance(found[static_cast<std::size_t>(r)]);
+      least += distance(nearest[static_cast<std::size_t>(r)]);
+    }
+    EXPECT_GT(least, 0.0);
+    EXPECT_LT(ofFound, 1.05 * least) << completeness;
+  }
+}
+
+TEST(ExampleSynthesis, PatchesStandBesideTheirQuarterTurns)
+{
+  constexpr int radius = TexturePatches::Radius, side = TexturePatches::Side;
+  const ExamplePatches& scale = Bumps().Scales().front();
+  const Eigen::VectorXf& mean = scale.Mean; // of a set that quarter turns leave as it is
+  for (int j = -radius; j <= radius; ++j)
+  {
+    for (int i = -radius; i <= radius; ++i)
+    {
+      const int place = 3 * (side * (j + radius) + i + radius), turned = 3 * (side * (i + radius) + radius - j);
+      const auto limit = static_cast<float>(1e-4 * scale.Amplitude);
+      EXPECT_NEAR(mean(place + 2), mean(turned + 2), limit);
+      EXPECT_NEAR(mean(place), mean(turned + 1), limit);
+      EXPECT_NEAR(mean(place + 1), -mean(turned), limit);
+    }
   }
 }
 
