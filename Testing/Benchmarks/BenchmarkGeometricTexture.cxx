@@ -171,8 +171,9 @@ void GeometricTextureFromExample(benchmark::State& state, const TriangleMesh& me
 void NearestPatchesOfExample(benchmark::State& state, const TriangleMesh& mesh)
 {
   const ExamplePatches& scale = WavesOfBall().Scales().front();
-  const ExamplePatches::Rows coordinates = scale.Coordinates.transpose().topRows(
-    std::min<Eigen::Index>(mesh.NumberOfPoints(), scale.Coordinates.cols()));
+  const Eigen::Index rows = std::min<Eigen::Index>(mesh.NumberOfPoints(), scale.Coordinates.cols());
+  const Eigen::Index stride = scale.Coordinates.cols() / rows; // patches are sorted by cluster
+  const ExamplePatches::Rows coordinates = scale.Coordinates(Eigen::all, Eigen::seqN(0, rows, stride)).transpose();
   const SingleThreadedBlas blas;
   const NearestPatches search(scale);
   const auto start = std::chrono::steady_clock::now();

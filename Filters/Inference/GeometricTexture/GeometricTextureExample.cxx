@@ -114,7 +114,7 @@ ExamplePatches::Rows ReadPatches(
     }
   }
   const auto found = static_cast<std::int64_t>(inside.size());
-  if (found * turns < 64)
+  if (found * turns < 64) // a sixteenth of the fewest patches
   {
     Refuse("only " + std::to_string(found) + " of " + std::to_string(count) + " patches of scale " +
       std::to_string(scale + 1) +

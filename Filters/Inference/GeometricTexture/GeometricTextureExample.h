@@ -21,7 +21,8 @@ struct GeometricTextureExampleOptions
   /// Number of scales, 1 to 8; 0 for as many as make the widest patches 2.5 times as wide as the mean distance of peaks, but no
   /// wider than half of the root of the area.
   int Scales = 0;
-  /// [V, 3], direction of the texture at the vertices of the example: the first axis of patches. Empty for axes at random.
+  /// [V, 3], direction of the texture at the vertices of the example: the first axis of patches. Empty for axes at
+  /// random, and four patches at each place that are turned by quarters.
   PointMatrix Directions;
   std::uint64_t Seed = 0; ///< of the places of the patches
   /// Distance from the boundary, along edges, within which no center of a patch lies, world units, at least 0: a form that is
@@ -62,7 +63,8 @@ ExampleScaleCounts CountExampleScales(const TriangleMesh& textured, const Triang
 
 /// An example of a geometric texture: patches of the difference of a surface and the same one without the texture, at several
 /// scales. At coarser scales the difference is smoothed over about half of the spacing first. Patches lie at random places,
-/// evenly by area, away from the boundary where there is room. Deterministic, the same bits for every number of threads.
+/// evenly by area, away from the boundary where there is room; without directions four at each, turned by quarters. Deterministic,
+/// the same bits for every number of threads.
 class GeometricTextureExample
 {
 public:

@@ -66,6 +66,12 @@ void Improve(const float* distances, std::int64_t count, std::int64_t first, Mat
   }
 }
 
+/// Consecutive patches of the example: those of a cluster, or a part of them.
+struct Columns
+{
+  std::int64_t Cluster, First, Last;
+};
+
 /// Patches that are compared with a cluster, at most TileRows.
 struct Comparison
 {
@@ -133,19 +139,17 @@ public:
     return distances;
   }
 
-  /// Calls visit(first, distances) for all tiles of the patches of a cluster: the number of the first one of the example, and
-  /// distances [rows.size(), columns]. Zero may be a little less by rounding.
+  /// Calls visit(first, distances) for all tiles of some patches of the example: the number of the first one, and distances
+  /// [rows.size(), columns]. Zero may be a little less by rounding.
   /// @param rows numbers of patches, at most TileRows
   template <typename Visit>
-  void ForTiles(std::int64_t cluster, const std::vector<Index>& rows, const Visit& visit) const
+  void ForTiles(const Columns& of, const std::vector<Index>& rows, const Visit& visit) const
   {
     const ExamplePatches::Rows chosen = this->Patches(rows, Eigen::all), &forms = this->Search.Forms;
     Distances distances;
-    const auto place = static_cast<std::size_t>(cluster);
-    for (std::int64_t first = this->Search.Clusters[place]; first < this->Search.Clusters[place + 1];
-         first += TileColumns)
+    for (std::int64_t first = of.First; first < of.Last; first += TileColumns)
     {
-      const std::int64_t columns = std::min(TileColumns, this->Search.Clusters[place + 1] - first);
+      const std::int64_t columns = std::min(TileColumns, of.Last - first);
       distances.resize(chosen.rows(), columns);
       MultiplyBlocks({ chosen.data(), chosen.cols() }, { forms.data() + first, forms.cols() }, distances.data(),
         columns, chosen.rows(), chosen.cols(), columns);
@@ -189,6 +193,15 @@ void NearestPatches::Prefer(const ExamplePatches::Rows& coordinates, float compl
 {
   this->SetWeights(Eigen::ArrayXf::Ones(this->Example.Count()));
   Eigen::ArrayXf least = Eigen::ArrayXf::Constant(this->Example.Count(), Infinity);
+  std::vector<Columns> tiles;
+  for (std::size_t k = 0; k + 1 < this->Clusters.size(); ++k)
+  {
+    for (std::int64_t first = this->Clusters[k]; first < this->Clusters[k + 1]; first += TileColumns)
+    {
+      tiles.push_back(
+        { static_cast<std::int64_t>(k), first, std::min<std::int64_t>(first + TileColumns, this->Clusters[k + 1]) });
+    }
+  }
   for (std::int64_t start = 0; start < coordinates.rows(); start += BlockRows)
   {
     const Block block(*this, coordinates, start);
@@ -196,15 +209,16 @@ void NearestPatches::Prefer(const ExamplePatches::Rows& coordinates, float compl
     const std::int64_t share = (block.Rows() * NearestClusters + means.cols() - 1) / means.cols();
     const std::int64_t count = std::min(block.Rows(), std::max(FewestRows, share));
     ParallelTasks(
-      means.cols(),
-      [&](std::int64_t cluster) {
-        const std::vector<Index> rows = NumbersOfLeast(means.col(cluster), count);
+      static_cast<std::int64_t>(tiles.size()),
+      [&](std::int64_t task) {
+        const Columns& tile = tiles[static_cast<std::size_t>(task)];
+        const std::vector<Index> rows = NumbersOfLeast(means.col(tile.Cluster), count);
         for (std::int64_t first = 0; first < count; first += TileRows)
         {
-          const std::vector<Index> tile(rows.begin() + first, rows.begin() + std::min(count, first + TileRows));
-          block.ForTiles(cluster, tile, [&](std::int64_t column, const Distances& distances) {
-            auto part = least.segment(column, distances.cols());
-            part = part.min(distances.colwise().minCoeff().transpose());
+          const std::vector<Index> part(rows.begin() + first, rows.begin() + std::min(count, first + TileRows));
+          block.ForTiles(tile, part, [&](std::int64_t column, const Distances& distances) {
+            auto own = least.segment(column, distances.cols());
+            own = own.min(distances.colwise().minCoeff().transpose());
           });
         }
       },
@@ -238,7 +252,9 @@ std::vector<Index> NearestPatches::FindIn(const Block& block, const Progress& pr
       const Comparison& comparison = comparisons[static_cast<std::size_t>(task)];
       std::vector<Index> rows = comparison.Entries;
       std::transform(rows.begin(), rows.end(), rows.begin(), [&](Index e) { return static_cast<Index>(e / count); });
-      block.ForTiles(comparison.Cluster, rows, [&](std::int64_t first, const Distances& distances) {
+      const auto cluster = static_cast<std::size_t>(comparison.Cluster);
+      const Columns columns{ comparison.Cluster, this->Clusters[cluster], this->Clusters[cluster + 1] };
+      block.ForTiles(columns, rows, [&](std::int64_t first, const Distances& distances) {
         for (std::size_t r = 0; r < rows.size(); ++r)
         {
           Improve(distances.row(static_cast<Eigen::Index>(r)).data(), distances.cols(), first,

@@ -14,9 +14,9 @@
 namespace surfsynth
 {
 
-/// Search for the patches of an example that are nearest to others, in parallel. Compares a patch with those of the clusters of the
-/// example that are nearest to it in the mean: with all where there are at most NearestClusters, else with a part of them, so that
-/// the nearest one may be missed for one that is nearly as near.
+/// Search for the patches of an example that are nearest to others, in parallel. Compares a patch with those of the
+/// NearestClusters clusters with the least mean of weighted squared distances: with all where there are no more, else with a part of
+/// them. A nearest patch in another cluster is missed; then another one is found, which is mostly nearly as near.
 class NearestPatches
 {
 public:
@@ -26,13 +26,15 @@ public:
   /// Keeps a reference to @p example. Without clusters all patches are compared.
   explicit NearestPatches(const ExamplePatches& example);
 
-  /// Divides the squared distances of each patch of the example by @p completeness + m, where m is the smallest one from any of
-  /// these patches [Granot2022]: those that nothing looks like yet are preferred, so that all of the example appears.
+  /// Divides the squared distances of each patch of the example by @p completeness + m, where m is the smallest one from those of
+  /// these patches that are nearest to its cluster [Granot2022]: patches that nothing looks like yet are preferred, so that all of
+  /// the example appears.
   /// @param coordinates [n, D] in the basis of the example @param completeness above 0; large values prefer nothing
   /// @throws Cancelled
   void Prefer(const ExamplePatches::Rows& coordinates, float completeness, const Progress& progress = {});
 
-  /// Returns for each patch the number of the nearest one of the example, [n]; of equal ones the lowest.
+  /// Returns for each patch the number of the nearest one of those of the example that it is compared with, [n]; of equal ones
+  /// the lowest.
   /// @param coordinates [n, D] @throws Cancelled
   std::vector<Index> Find(const ExamplePatches::Rows& coordinates, const Progress& progress = {}) const;
 

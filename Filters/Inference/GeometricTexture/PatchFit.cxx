@@ -15,7 +15,7 @@ namespace
 constexpr float EarlierWeight = 1e-5F, DifferenceWeight = 3e-3F;
 constexpr int Iterations = 15;
 /// Parts of the patches that add to the right-hand side at the same time.
-constexpr std::int64_t RightHandSideParts = 8;
+constexpr std::int64_t RightHandSideParts = 4;
 /// Power of the weights of the samples: where patches do not agree, the one with the nearest center prevails, and their mean
 /// blurs less.
 constexpr float Sharpness = 3.0F;

@@ -34,8 +34,9 @@ constexpr double RobustPower = 0.8, LeastDifference = 0.05;
 /// Completeness over the mean square displacement of the example: see NearestPatches::Prefer().
 constexpr double Completeness = 0.05;
 
-/// Part of the mismatch that an iteration takes away at least, or it is the last one.
+/// Part of the mismatch that an iteration takes away at least, and how many in a row that take less are the last ones.
 constexpr double LeastProgress = 0.003;
+constexpr int LastIterations = 2;
 
 /// Passes that give the patches the deviations of those of the example, bounds of the factors, and the fewest patches whose
 /// deviations say something.
@@ -378,19 +379,20 @@ double MatchNearest(const PatchSurface& surface, const std::vector<PatchShare>& 
     shares.begin(), shares.end(), std::back_inserter(sets), [](const PatchShare& s) { return &s.Patches; });
   PatchFit fit(surface.Mesh, sets);
   const int steps = iterations + DeviationPasses;
-  double last = 0.0, present = 0.0; // sums of the mismatches
-  for (int iteration = 0; iteration < iterations && (iteration < 2 || present < (1.0 - LeastProgress) * last);
-       ++iteration)
+  double mismatches = 0.0; // sum of the shares
+  int slow = 0;
+  for (int iteration = 0; iteration < iterations && slow < LastIterations; ++iteration)
   {
-    last = std::exchange(present, 0.0);
+    const double last = std::exchange(mismatches, 0.0);
     std::vector<Eigen::VectorXf> factors;
     for (std::size_t k = 0; k < matches.size(); ++k)
     {
       const double begin = iteration + static_cast<double>(k) / static_cast<double>(matches.size());
       matches[k].Find(displacement, SubProgress(progress, begin / steps, (iteration + 1.0) / steps));
       factors.push_back(matches[k].Factors());
-      present += matches[k].Mismatch();
+      mismatches += matches[k].Mismatch();
     }
+    slow = iteration > 0 && !(mismatches < (1.0 - LeastProgress) * last) ? slow + 1 : 0;
     fit.Weigh(std::move(factors));
     fit.Fit([&](std::size_t k, std::int64_t p) { return matches[k].NearestRow(p); }, displacement);
   }

@@ -148,54 +148,65 @@ TEST(ExampleSynthesis, FoundPatchesOfManyAreHardlyFartherThanTheNearest)
   EXPECT_TRUE(std::is_sorted(scale.Clusters.begin(), scale.Clusters.end(), std::less_equal<>()));
   EXPECT_EQ(scale.Clusters.front(), 0);
   EXPECT_EQ(scale.Clusters.back(), scale.Count());
-  // Between two patches of the example that may look like nothing of each other.
-  const Eigen::Index rows = 500, stride = scale.Count() / rows;
+  // Around a few patches of the example, each on the way to another one.
+  const Eigen::Index rows = 200, around = 20, stride = scale.Count() / around;
   ExamplePatches::Rows coordinates(rows, scale.Coordinates.rows());
+  Eigen::ArrayXXf distances(rows, scale.Count());
   for (Eigen::Index r = 0; r < rows; ++r)
   {
-    coordinates.row(
-      r) = (0.7F * scale.Coordinates.col(r * stride) + 0.3F * scale.Coordinates.col((r * 7919 + 1) % scale.Count()))
-             .transpose();
+    const auto other = scale.Coordinates.col((r * 7919 + 1) % scale.Count());
+    coordinates.row(r) = (0.7F * scale.Coordinates.col(r % around * stride) + 0.3F * other).transpose();
+    distances.row(r) = (scale.Coordinates.colwise() - coordinates.row(r).transpose()).colwise().squaredNorm();
   }
-  const SingleThreadedBlas blas;
-  ExamplePatches all = scale;
-  all.Clusters.clear();
-  for (const float completeness : { 1e30F, 0.01F })
-  {
-    NearestPatches search(scale), ofAll(all);
-    search.Prefer(coordinates, completeness);
-    ofAll.Prefer(coordinates, completeness);
-    const std::vector<Index> found = search.Find(coordinates), nearest = ofAll.Find(coordinates);
-    double ofFound = 0.0, least = 0.0;
+  const auto meanOf = [&](const Eigen::ArrayXXf& scores, const std::vector<Index>& found) {
+    double sum = 0.0;
     for (Eigen::Index r = 0; r < rows; ++r)
     {
-      const auto distance = [&](Index patch) {
-        return static_cast<double>((scale.Coordinates.col(patch) - coordinates.row(r).transpose()).norm());
-      };
-      ofFound += distance(found[static_cast<std::size_t>(r)]);
-      least += distance(nearest[static_cast<std::size_t>(r)]);
+      sum += std::sqrt(static_cast<double>(scores(r, found[static_cast<std::size_t>(r)])));
     }
-    EXPECT_GT(least, 0.0);
-    EXPECT_LT(ofFound, 1.05 * least) << completeness;
-  }
+    return sum / static_cast<double>(rows);
+  };
+  const SingleThreadedBlas blas;
+  NearestPatches search(scale);
+  const std::vector<Index> nearest = search.Find(coordinates);
+  EXPECT_LT(meanOf(distances, nearest), 1.05 * static_cast<double>(distances.rowwise().minCoeff().sqrt().mean()));
+  const float completeness = 1e-3F * distances.mean();
+  search.Prefer(coordinates, completeness);
+  const std::vector<Index> preferred = search.Find(coordinates);
+  distances.rowwise() /= distances.colwise().minCoeff() + completeness;
+  const double least = static_cast<double>(distances.rowwise().minCoeff().sqrt().mean());
+  EXPECT_LT(meanOf(distances, preferred), 1.05 * least);
+  EXPECT_GT(meanOf(distances, nearest), 1.1 * least) << "the nearest ones are not those that are preferred";
 }
 
 TEST(ExampleSynthesis, PatchesStandBesideTheirQuarterTurns)
 {
-  constexpr int radius = TexturePatches::Radius, side = TexturePatches::Side;
-  const ExamplePatches& scale = Bumps().Scales().front();
-  const Eigen::VectorXf& mean = scale.Mean; // of a set that quarter turns leave as it is
-  for (int j = -radius; j <= radius; ++j)
+  // Bumps that lean outwards: the second moments of the patches are those of all patches turned by a quarter.
+  TriangleMesh swollen = Bumpy();
+  const std::vector<Eigen::Vector3d> centers = BumpCenters();
+  for (Index v = 0; v < swollen.NumberOfPoints(); ++v)
   {
-    for (int i = -radius; i <= radius; ++i)
+    const Eigen::Vector3d point = Plain().Points.row(v).transpose();
+    for (const Eigen::Vector3d& center : centers)
     {
-      const int place = 3 * (side * (j + radius) + i + radius), turned = 3 * (side * (i + radius) + radius - j);
-      const auto limit = static_cast<float>(1e-4 * scale.Amplitude);
-      EXPECT_NEAR(mean(place + 2), mean(turned + 2), limit);
-      EXPECT_NEAR(mean(place), mean(turned + 1), limit);
-      EXPECT_NEAR(mean(place + 1), -mean(turned), limit);
+      const Eigen::Vector3d away = point - center;
+      swollen.Points.row(v) += 2.0 * std::max(0.0, 0.16 - away.norm()) * away.transpose();
     }
   }
+  GeometricTextureExampleOptions options;
+  options.Scales = 1;
+  const GeometricTextureExample example(swollen, Plain(), options);
+  const ExamplePatches::Rows& values = example.Scales().front().Values;
+  constexpr int side = TexturePatches::Side, middle = 3 * (TexturePatches::Samples / 2);
+  const auto moment = [&](
+                        int component, int step) { // of a component at the center and the rise of heights along an axis
+    const auto rise = values.col(middle + 3 * step + 2) - values.col(middle - 3 * step + 2);
+    return values.col(middle + component).cast<double>().dot(rise.cast<double>()) / static_cast<double>(values.rows());
+  };
+  const double alongX = moment(0, 1), alongY = moment(1, side);
+  EXPECT_LT(alongX, -1e-3) << "bumps lean to where the surface falls";
+  EXPECT_NEAR(alongY, alongX, 1e-5 * std::abs(alongX));
+  EXPECT_NEAR(moment(0, side), -moment(1, 1), 1e-5 * std::abs(alongX));
 }
 
 /// Features of a synthesis in units of the example.
