@@ -149,16 +149,17 @@ TEST(ExampleSynthesis, FoundPatchesOfManyAreHardlyFartherThanTheNearest)
   EXPECT_EQ(scale.Clusters.front(), 0);
   EXPECT_EQ(scale.Clusters.back(), scale.Count());
   // Around a few patches of the example, each on the way to another one.
-  const Eigen::Index rows = 200, around = 20, stride = scale.Count() / around;
+  const Eigen::Index rows = 60, around = 6, stride = scale.Count() / around;
   ExamplePatches::Rows coordinates(rows, scale.Coordinates.rows());
-  Eigen::ArrayXXf distances(rows, scale.Count());
+  using Scores = Eigen::Array<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  Scores distances(rows, scale.Count());
   for (Eigen::Index r = 0; r < rows; ++r)
   {
     const auto other = scale.Coordinates.col((r * 7919 + 1) % scale.Count());
     coordinates.row(r) = (0.7F * scale.Coordinates.col(r % around * stride) + 0.3F * other).transpose();
     distances.row(r) = (scale.Coordinates.colwise() - coordinates.row(r).transpose()).colwise().squaredNorm();
   }
-  const auto meanOf = [&](const Eigen::ArrayXXf& scores, const std::vector<Index>& found) {
+  const auto meanOf = [&](const Scores& scores, const std::vector<Index>& found) {
     double sum = 0.0;
     for (Eigen::Index r = 0; r < rows; ++r)
     {
