@@ -8,7 +8,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <numeric>
-#include <utility>
 #include <vector>
 
 namespace surfsynth
@@ -65,6 +64,7 @@ Eigen::MatrixXf ClusterMeans(
   return means;
 }
 
+/// Returns the rows in an order.
 ExamplePatches::Rows SortedRows(const ExamplePatches::Rows& rows, const std::vector<Index>& order)
 {
   ExamplePatches::Rows sorted(rows.rows(), rows.cols());

@@ -28,10 +28,10 @@ struct PatchShare
 };
 
 /// Replaces each patch by the nearest one of its example, and the displacements by those that fit all patches best, up to
-/// @p iterations times, until two iterations in a row take less than 0.3 % off the differences: in a power below 2 of the differences, by weights of patches
-/// that are smaller the less a patch agrees [Kwatra2005]. Then stretches them until the patches deviate from their mean as widely
-/// as those of the example along its principal components. Samples beyond a boundary are those of the patch that was the nearest
-/// before.
+/// @p iterations times, until two in a row take less than 0.3 % off the differences: in a power below 2 of the differences, by
+/// weights of patches that are smaller the less a patch agrees [Kwatra2005]. Then stretches them until the patches deviate from
+/// their mean as widely as those of the example along its principal components. Samples beyond a boundary are those of the patch
+/// that was the nearest before.
 /// @return the root of the weighted mean square difference of the last patches from the nearest ones, over the amplitude of the
 /// example; the largest of the shares
 /// @throws Cancelled
