@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Tests body_space.py and unseen_bodies.py on a limb of few bones: ``test_body_space.py FOLDER``. Run by CTest."""
+"""Tests body_space.py, component_offsets.py and unseen_bodies.py on a limb of few bones: ``test_body_space.py FOLDER``. Run by CTest."""
 
 import argparse
 import csv
@@ -11,6 +11,7 @@ import numpy as np
 
 import body_space
 import carrying
+import component_offsets
 import damage
 import encoder_error
 import make_bodies
@@ -139,6 +140,28 @@ def check_hands():
     assert np.isnan(evaluation._stretch_of_hands([points], [larger]))
 
 
+def check_places():
+    """A ball that moves with the limb around it has no offset; one that leaves its place, or turns in it, has what it does."""
+    limb_points, limb_triangles = make_bodies.arrays_of(limb()[0])
+    ball, cells = icosphere(1)
+    ball = 0.2 * ball + [0.0, 2.5, 0.0]
+    points = np.concatenate([limb_points, ball])
+    body, component = component_offsets.components(points, np.concatenate([limb_triangles, cells + len(limb_points)]))
+    assert len(body) == len(limb_points) and len(component) == len(ball)
+    place = component_offsets.Place(points, component, body)
+    near = np.linalg.norm(points[place._around] - ball.mean(axis=0), axis=1)
+    assert len(near) == component_offsets.PLACE_POINTS and near.max() < 1.5, (len(near), near.max())
+    turn = make_bodies.quaternions_of(np.array([[0.7, -1.1, 0.4]]))
+    moved = body_space.turned(turn, points) + [3.0, -1.0, 2.0]
+    away, larger = moved.copy(), moved.copy()
+    away[component] += [0.0, 0.03, 0.04]
+    away[body[points[body][:, 1] < 0.5]] += 1.0  # far from the place
+    larger[component] += 0.5 * (moved[component] - moved[component].mean(axis=0))
+    offsets, distortions = place.offsets(np.stack([points, moved, away, larger]))
+    assert np.allclose(offsets, [0.0, 0.0, 0.05, 0.0], atol=1e-9), offsets
+    assert np.allclose(distortions, [0.0, 0.0, 0.0, 0.1], atol=1e-9), distortions
+
+
 def check_triangulations():
     """Bodies with other numbers of faces have the same poses."""
     body, skeleton = limb()
@@ -176,6 +199,15 @@ def check_table(folder):
     with open(table, newline="", encoding="utf-8") as file:
         assert [float(row["distance"]) for row in csv.DictReader(file)] == [row["distance"] for row in rows]
     assert len(body_space.main([folder, "--faces", "400", "--samples", "2"])) == 2
+    poses, samples = component_offsets.main([folder, "--model", model, "--samples", "3", "--steps", "2", "--csv", table,
+                                             "--coupling-distance", "2"])  # fmt: skip
+    assert (poses["number"], samples["number"]) == (len(list(component_offsets.package_poses(folder, skeleton))), 3)
+    assert poses["components"] == samples["components"] == len(make_bodies.PARTS) and poses["largest"] < samples["largest"] < np.inf
+    try:
+        component_offsets.main([folder, "--model", model, "--surface", os.path.join(folder, "body.vtp")])
+        raise AssertionError("a surface of one component was taken")
+    except SystemExit as error:
+        assert "one component" in str(error)
     damage.POSES_SEEN = 2
     points, triangles, space = damage.body(argparse.Namespace(bodies=folder, vertices=150))
     assert len(points) == len(space.mesh[0]) and triangles.max() == len(points) - 1 and len(space.poses) == 2
@@ -253,7 +285,7 @@ def check_summary():
     """Mean and deviation of all samples of two bodies."""
     first, second = np.array([1.0, 2.0, 6.0]), np.array([3.0, 3.0, 9.0])
     rows = [{"samples": 3, "points": 5, "faces": 6, "distance": one.mean(), "deviation": one.std(), "largest": one.max(), "cov": 0.5,
-             "nna": 0.25, "hands": 3.0, "hands_of_fit": 4.0} for one in (first, second)]  # fmt: skip
+             "nna": 0.25, "hands": 3.0, "hands_of_poses": 3.0, "hands_of_fit": 4.0} for one in (first, second)]  # fmt: skip
     rows[1]["hands"] = 5.0
     found, both = unseen_bodies.summary("both", rows), np.concatenate([first, second])
     assert found["samples"] == 6 and np.allclose([found["distance"], found["deviation"]], [both.mean(), both.std()])
@@ -268,6 +300,7 @@ if __name__ == "__main__":
     check_fit()
     check_chosen_points()
     check_hands()
+    check_places()
     check_skinning()
     check_triangulations()
     check_summary()

@@ -71,7 +71,7 @@ def summary(name, rows):
     found["deviation"] = np.sqrt(max(squares - found["distance"] ** 2, 0.0))
     found["largest"] = max(row["largest"] for row in rows)
     found.update({key: np.mean([row[key] for row in rows]) for key in ("cov", "nna")})
-    found.update({key: np.sqrt(np.mean([row[key] ** 2 for row in rows])) for key in ("hands", "hands_of_fit")})
+    found.update({key: np.sqrt(np.mean([row[key] ** 2 for row in rows])) for key in ("hands", "hands_of_poses", "hands_of_fit")})
     return found
 
 

@@ -9,7 +9,7 @@ from surfacesynthesis.datasets import given_dataset
 from surfacesynthesis.sampling import farthest_samples
 from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkPoints
-from vtkmodules.vtkCommonDataModel import VTK_TETRA, vtkCellArray, vtkUnstructuredGrid
+from vtkmodules.vtkCommonDataModel import VTK_TETRA, vtkCellArray, vtkMultiBlockDataSet, vtkUnstructuredGrid
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 
 CAN_FILL = hasattr(ss, "vtkTetrahedralizeFilter") and hasattr(ss, "vtkIsotropicRemeshFilter")
@@ -114,6 +114,47 @@ def test_shapes_may_be_one_or_a_list():
         assert np.array_equal(ss.settle(volume(), shapes), expected)
 
 
+def herd(*bodies):
+    """Bodies, the last of them in a block of its own."""
+    tree, inner = vtkMultiBlockDataSet(), vtkMultiBlockDataSet()
+    inner.SetBlock(1, bodies[-1])
+    for number, body in enumerate((*bodies[:-1], inner)):
+        tree.SetBlock(number, body)
+    return tree
+
+
+def points_of(block):
+    return vtk_to_numpy(block.GetPoints().GetData())
+
+
+def test_bodies_of_a_composite_dataset_rest_each_by_itself():
+    bodies = volume(), volume(1.2)
+    states = ss.rest_states(herd(*bodies), 2, seed=4, maximum_time=0.3)
+    assert isinstance(states, vtkMultiBlockDataSet)
+    last = ss.rest_states(herd(*bodies), 1, seed=4, first_sample=1, maximum_time=0.3)
+    found = []
+    for tree, count in ((states, 2), (last, 1)):
+        places = tree.GetBlock(0), tree.GetBlock(1).GetBlock(1)
+        assert [place.GetNumberOfBlocks() for place in places] == [count, count]
+        found.append(np.stack([[points_of(place.GetBlock(k)) for k in range(count)] for place in places]))
+    assert np.array_equal(found[0][:, 1:], found[1]), "an ensemble may be made in parts"
+    heights = np.ptp(found[0][..., 2], axis=2)
+    assert np.all(np.abs(heights / heights[0, 0] - [[1.0], [1.2]]) < 0.1), heights
+    assert np.abs(found[0][1] / 1.2 - found[0][0]).max() > 0.01, "each block has drops of its own"
+    with pytest.raises(ss.SurfaceSynthesisError, match="[Mm]emory"):
+        ss.rest_states(herd(*bodies), 10**6, memory_limit=1)
+
+
+def test_shapes_of_a_composite_dataset_settle_each_in_its_place():
+    bodies, shapes = (volume(), volume(1.2)), (volume(1.1), volume(1.3))
+    states = ss.settle(herd(*bodies), herd(*shapes))
+    for body, shape, place in zip(bodies, shapes, (states.GetBlock(0), states.GetBlock(1).GetBlock(1))):
+        assert np.array_equal(points_of(place.GetBlock(0))[None], ss.settle(body, shape))
+    for wrong in (points_of(bodies[0]), [points_of(shape) for shape in shapes], volume()):
+        with pytest.raises(TypeError, match="composite"):
+            ss.settle(herd(*bodies), wrong)
+
+
 def test_arguments_are_checked():
     for wrong in ({"poissons_ratio": 0.5}, {"density": 0.0}, {"minimum_spin": 2.0, "maximum_spin": 1.0},
                   {"up_direction": (0, 0, 0)}, {"time_step": 2.0}):  # fmt: skip
@@ -185,6 +226,23 @@ def test_the_command_settles_shapes(tmp_path):
     positions = str(tmp_path / "positions.safetensors")
     ss.write_signal_dataset(positions, [((points, triangles), np.stack([points, points]).astype(np.float32))], "Position")
     assert main(["settle", body, states, "--shapes", positions, *options]) == 0
+
+
+def test_the_command_settles_several_bodies(tmp_path):
+    body, shapes, states = (str(tmp_path / name) for name in ("herd.vtm", "shapes.vtm", "states.vtm"))
+    ss.write_mesh(herd(volume(), volume(1.2)), body)
+    ss.write_mesh(herd(volume(1.1), volume(1.3)), shapes)
+    assert main(["settle", body, states, "--shapes", shapes, "--quiet"]) == 0
+    written, expected = ss.read_mesh(states), ss.settle(ss.read_mesh(body), ss.read_mesh(shapes))
+    for tree in (written, expected):
+        assert [tree.GetBlock(k).GetNumberOfBlocks() for k in range(2)] == [1, 2]
+    first, second = (tree.GetBlock(1).GetBlock(1).GetBlock(0) for tree in (written, expected))
+    assert np.array_equal(points_of(first), points_of(second))
+    one = str(tmp_path / "shape.vtu")
+    ss.write_mesh(volume(1.1), one)
+    for wrong in ([one], [shapes, shapes], ["shapes.safetensors"]):
+        assert main(["settle", body, states, "--shapes", *wrong, "--quiet"]) == 2
+    assert main(["settle", body, str(tmp_path / "state.vtu"), "--shapes", shapes, "--quiet"]) != 0
 
 
 def test_the_command_settles_tetrahedra(tmp_path):

@@ -19,10 +19,13 @@ from .arguments import INT_MAX, INT_MIN, flag, in_range, integer, progress_callb
 from .datasets import given_dataset
 from .errors import SurfaceSynthesisWarning
 from .pipeline import apply_filter
-from .sampling import in_parts, positions_of_blocks
+from .sampling import checked_range, in_parts, positions_of_blocks
 from .vtkSurfaceSynthesisEnsembles import vtkElasticRestFilter
 
-BODY_TEXT = "a closed vtkPolyData, a vtkUnstructuredGrid of tetrahedra, or a pair of arrays (points, triangles)"
+BODIES = (vtkPolyData, vtkUnstructuredGrid, vtkDataObjectTree)
+BODY_TEXT = (
+    "a closed vtkPolyData, a vtkUnstructuredGrid of tetrahedra, a composite dataset of them, or a pair of arrays (points, triangles)"
+)
 
 
 def rest_states(
@@ -60,8 +63,9 @@ def rest_states(
 
     Parameters
     ----------
-    mesh : vtkPolyData, vtkUnstructuredGrid or pair (points, triangles)
-        A closed surface, manifold, with consistent winding and without self-intersections; or tetrahedra. Never modified.
+    mesh : vtkPolyData, vtkUnstructuredGrid, composite dataset of them, or pair (points, triangles)
+        A closed surface, manifold, with consistent winding and without self-intersections; or tetrahedra. Each block of a
+        composite dataset is dropped by itself, in ways of its own. Never modified.
     samples : int
         Number of drops, at least 1.
     seed : int
@@ -111,8 +115,9 @@ def rest_states(
 
     Returns
     -------
-    numpy.ndarray
+    numpy.ndarray or composite dataset
         The positions of the points in each rest state, [N, V, 3] float64, or float32 where the points of the mesh are.
+        For a composite dataset, one of its class instead, with a vtkMultiBlockDataSet of rest states in the place of each block.
 
     Raises
     ------
@@ -144,7 +149,13 @@ def rest_states(
         time_step=time_step,
         maximum_time=maximum_time,
     )
-    dataset = given_dataset(mesh, (vtkPolyData, vtkUnstructuredGrid), BODY_TEXT)
+    dataset = given_dataset(mesh, BODIES, BODY_TEXT)
+    if isinstance(dataset, vtkDataObjectTree):
+        samples, first_sample = checked_range(samples, first_sample)
+        algorithm.SetNumberOfSamples(samples)
+        algorithm.SetFirstSample(first_sample)
+        _limit_memory(algorithm, memory_limit)
+        return _output_of(algorithm, dataset, progress)
     parts = in_parts(algorithm, dataset, samples, first_sample, progress_callback(progress), 24, memory_limit)
     return np.concatenate([positions_of_blocks(output, "a body") for output in parts])
 
@@ -174,11 +185,11 @@ def settle(
 
     Parameters
     ----------
-    mesh : vtkPolyData, vtkUnstructuredGrid or pair (points, triangles)
+    mesh : vtkPolyData, vtkUnstructuredGrid, composite dataset of them, or pair (points, triangles)
         A closed surface, manifold, with consistent winding and without self-intersections; or tetrahedra. Never modified.
     shapes : array [N, V, 3] or [V, 3], composite dataset, dataset, or list of arrays [V, 3] or datasets
         Positions of the points of ``mesh``, or copies of it with moved points, as deform() makes them, of about its size.
-        Their height does not matter.
+        Their height does not matter. For a composite ``mesh``, a composite dataset with the shapes of each block in its place.
     tetrahedra : vtkUnstructuredGrid, optional
         Tetrahedra around the surface, which are simulated in place of those made here.
     surface_points : int
@@ -208,8 +219,9 @@ def settle(
 
     Returns
     -------
-    numpy.ndarray
+    numpy.ndarray or composite dataset
         The positions of the points in each rest state, [N, V, 3] float64, or float32 where the points of the mesh are.
+        For a composite dataset, one of its class instead, with a vtkMultiBlockDataSet of rest states in the place of each block.
 
     Raises
     ------
@@ -234,18 +246,31 @@ def settle(
         self_contact=self_contact,
         up_direction=up_direction,
     )
+    _limit_memory(algorithm, memory_limit)
+    dataset = given_dataset(mesh, BODIES, BODY_TEXT)
+    algorithm.SetShapesData(shapes_of(shapes, dataset))
+    output = _output_of(algorithm, dataset, progress)
+    return output if isinstance(dataset, vtkDataObjectTree) else positions_of_blocks(output, "a body")
+
+
+def _limit_memory(algorithm, memory_limit):
+    """Sets the MemoryLimit of a filter where there is one; raises TypeError and ValueError."""
     if memory_limit is not None:
         algorithm.SetMemoryLimit(integer("memory_limit", memory_limit, 1, INT_MAX))
-    dataset = given_dataset(mesh, (vtkPolyData, vtkUnstructuredGrid), BODY_TEXT)
-    algorithm.SetShapesData(shapes_of(shapes, dataset))
+
+
+def _output_of(algorithm, dataset, progress):
+    """The output of the filter of rest_states() and settle(), whose caller gets its warnings."""
     output, remarks = apply_filter(algorithm, dataset, progress_callback(progress))
     for text in remarks:
-        warnings.warn(text, SurfaceSynthesisWarning, stacklevel=2)
-    return positions_of_blocks(output, "a body")
+        warnings.warn(text, SurfaceSynthesisWarning, stacklevel=3)
+    return output
 
 
 def shapes_of(shapes, mesh):
     """The dataset of the argument ``shapes`` of settle(); raises TypeError and ValueError."""
+    if isinstance(mesh, vtkDataObjectTree) and not isinstance(shapes, vtkDataObjectTree):
+        raise TypeError(f"shapes of a composite mesh must be a composite dataset, not {type(shapes).__name__}")
     if isinstance(shapes, (vtkPointSet, vtkDataObjectTree)):
         return _copy_of(shapes)
     if isinstance(shapes, np.ndarray) and shapes.ndim == 2:

@@ -19,14 +19,16 @@ Lays a soft body down in given shapes, such as samples of a model, and lets it g
 it lies on the floor under its weight, turned as INPUT lies (--no-align: as the shape does). Quantities are in SI units."""
 _EXAMPLES = """\
 files: the format follows from the extension.
-  INPUT                   closed surfaces: .stl .ply .obj .off .gii .glb .vtp .vtk; tetrahedra: .vtu .vtk
+  INPUT                   closed surfaces: .stl .ply .obj .off .gii .glb .vtp .vtk; tetrahedra: .vtu .vtk; several bodies: .vtm
   --shapes                files of copies of INPUT with moved points, .vtm for several; of a surface also a dataset file of
-                          positions (.safetensors)
+                          positions (.safetensors); of several bodies one .vtm, as deform writes, with the shapes of each in
+                          its place
   OUTPUT                  .vtm; for one shape also .vtp .vtk .ply .stl .obj .off, of tetrahedra .vtu .vtk
 
 examples:
   %(prog)s bunny.ply resting.vtm --shapes samples.vtm --up-direction 0 1 0
   %(prog)s femur.vtu bent.vtu --shapes guess.vtu --no-align --youngs-modulus 1e6 --length-unit 0.001
+  %(prog)s bodies.vtm resting.vtm --shapes deformed.vtm
 """
 
 
@@ -64,38 +66,43 @@ def run(arguments):
     body = _body(arguments.input)
     shapes = _shapes(arguments.shapes, body)
     leaves = _leaves(shapes)
-    is_single = len(leaves) == 1 and kind != ".vtm"
+    is_single = len(leaves) == 1 and kind != ".vtm" and not _is_composite(body)
     as_usage(files.check_writable, leaves[0] if is_single else _as_blocks(leaves), arguments.output)
     algorithm = as_usage(configured_rest_states, tetrahedra=tetrahedra_of(arguments), **options)
     algorithm.SetMemoryLimit(arguments.memory_limit or 0)
     algorithm.SetShapesData(shapes)
     output = run_filter(algorithm, body, arguments)
-    states = output.GetNumberOfBlocks()
+    states = len(_leaves(output))
     output = output.GetBlock(0) if is_single else output
     files.write_mesh(output, arguments.output)
     return Outcome(f"{states:,} rest states", {"samples": states, **size_of(output)}, [arguments.output])
 
 
 def _body(path):
-    """A surface, or tetrahedra, in a file."""
+    """A surface, tetrahedra, or a composite dataset of such bodies in a file."""
     from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkUnstructuredGrid
 
     from ..errors import FormatError
     from ..files import read_mesh
 
     mesh = read_mesh(path)
-    if not isinstance(mesh, (vtkPolyData, vtkUnstructuredGrid)):
-        raise FormatError(f"{path}: the body must be one dataset, not a {mesh.GetClassName()}")
+    if not _is_composite(mesh) and not isinstance(mesh, (vtkPolyData, vtkUnstructuredGrid)):
+        raise FormatError(f"{path}: the body must be a surface or a grid of tetrahedra, not a {mesh.GetClassName()}")
     if mesh.GetNumberOfPoints() == 0:
         raise FormatError(f"{path}: the file holds no points")
     return mesh
 
 
 def _shapes(paths, body):
-    """The shapes in files, of a surface or of tetrahedra: a dataset, or a composite one."""
+    """The shapes in files, of a surface, of tetrahedra or of several bodies: a dataset, or a composite one."""
     from ..errors import FormatError
     from ..files import read_mesh
 
+    if _is_composite(body):
+        shapes = None if len(paths) > 1 or is_dataset_file(paths[0]) else read_mesh(paths[0])
+        if shapes is None or not _is_composite(shapes):
+            raise UsageError("shapes of several bodies are read from one .vtm, which has those of each body in its place")
+        return shapes
     if not is_volume(body):
         shapes, signal, _ = read_ensemble(paths)
         if signal is not None:
@@ -106,9 +113,13 @@ def _shapes(paths, body):
     return read_mesh(paths[0]) if len(paths) == 1 else _as_blocks([read_mesh(path) for path in paths])
 
 
+def _is_composite(mesh):
+    return hasattr(mesh, "NewTreeIterator")
+
+
 def _leaves(shapes):
     """The datasets of the shapes, in order."""
-    if not hasattr(shapes, "NewTreeIterator"):
+    if not _is_composite(shapes):
         return [shapes]
     leaves, iterator = [], shapes.NewTreeIterator()
     iterator.InitTraversal()
