@@ -6,7 +6,7 @@
 
 FOLDER is that of make_bodies.py; body_with_eyes.vtp there has components of its own for these parts. They share no point with the
 body, and follow it by the coupling of components (``component_coupling`` of deform()). The place of a component is the part of
-the body within 1.5 times its radius around its center, and at least the nearest 30 points. The offset of a component in a shape
+the body within 0.01 times the square root of the area of it, and at least the nearest 30 points. The offset of a component in a shape
 is the distance of its center from where the best rigid motion of its place takes it; its distortion is the root mean square
 distance of its points from where that motion and the offset take them. Both are in per cent of the square root of the area of the
 whole surface.
@@ -22,6 +22,7 @@ import os
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 import surfacesynthesis
 from body_space import Pose, Skeleton, Skin, generated, weights_of
@@ -30,26 +31,25 @@ from linear_velocity import point_masses
 from make_bodies import arrays_of
 from sample_spaces import closest_rotations
 
-#: Radius of the place of a component over that of the component, and the least number of its points.
-PLACE, PLACE_POINTS = 1.5, 30
+#: Largest distance of the place of a component from it over the square root of the area, and the least number of its points.
+PLACE, PLACE_POINTS = 0.01, 30
 
 
 def components(points, triangles):
-    """Numbers of the points of each component, the largest one first."""
+    """Numbers of the points of each component, the largest one first; points that no triangle uses are in none."""
     pairs = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]]])
-    count, parts = connected_components(coo_matrix((np.ones(len(pairs)), pairs.T), shape=(len(points),) * 2), directed=False)
-    return sorted((np.flatnonzero(parts == part) for part in range(count)), key=len, reverse=True)
+    _, parts = connected_components(coo_matrix((np.ones(len(pairs)), pairs.T), shape=(len(points),) * 2), directed=False)
+    used = np.unique(parts[triangles])
+    return sorted((np.flatnonzero(parts == part) for part in used), key=len, reverse=True)
 
 
 class Place:
     """A component of a surface and the part of the largest one that it lies in. Of both the numbers of their points."""
 
-    def __init__(self, points, component, body):
+    def __init__(self, points, component, body, size):
         self._component, self._rest = component, points[component]
-        self._center = self._rest.mean(axis=0)
-        distances = np.linalg.norm(points[body] - self._center, axis=1)
-        radius = PLACE * np.linalg.norm(self._rest - self._center, axis=1).max()
-        inside = max(np.count_nonzero(distances < radius), PLACE_POINTS)
+        distances = cKDTree(self._rest).query(points[body])[0]
+        inside = max(np.count_nonzero(distances < PLACE * size), PLACE_POINTS)
         self._around = body[np.argsort(distances)[:inside]]
         self._place = points[self._around]
 
@@ -116,10 +116,12 @@ def main(arguments=None):
     body, *others = components(points, triangles)
     if not others:
         raise SystemExit("the surface has one component: there is nothing in a place")
-    places = [Place(points, component, body) for component in others]
+    size = np.sqrt(point_masses(points, triangles).sum())
+    places = [Place(points, component, body, size) for component in others]
     skin = Skin(points, *weights_of(surface), skeleton, np.arange(len(skeleton.names)))
     poses = np.array([skin.posed(pose) for pose in package_poses(options.folder, skeleton)])
-    size = np.sqrt(point_masses(points, triangles).sum())
+    if not len(poses):
+        raise SystemExit(f"{options.folder} has no table of a pose, as make_bodies.py writes them")
     coupling = {"component_coupling": True, "coupling_distance": options.coupling_distance}
     samples = generated(options, (points, triangles), options.samples, **coupling)
     rows = [row_of("poses of the package", places, poses, size), row_of("samples", places, samples, size)]

@@ -148,9 +148,12 @@ def check_places():
     points = np.concatenate([limb_points, ball])
     body, component = component_offsets.components(points, np.concatenate([limb_triangles, cells + len(limb_points)]))
     assert len(body) == len(limb_points) and len(component) == len(ball)
-    place = component_offsets.Place(points, component, body)
+    place = component_offsets.Place(points, component, body, 1.0)
     near = np.linalg.norm(points[place._around] - ball.mean(axis=0), axis=1)
     assert len(near) == component_offsets.PLACE_POINTS and near.max() < 1.5, (len(near), near.max())
+    away = np.linalg.norm(points[body][:, None] - ball, axis=2).min(axis=1)
+    wide = component_offsets.Place(points, component, body, 70.0)._around  # within 0.7
+    assert len(wide) > len(near) and set(wide) == set(body[away < 0.7])
     turn = make_bodies.quaternions_of(np.array([[0.7, -1.1, 0.4]]))
     moved = body_space.turned(turn, points) + [3.0, -1.0, 2.0]
     away, larger = moved.copy(), moved.copy()

@@ -205,9 +205,10 @@ public:
    * CouplingDistance of another component is tied to the nearest place there, in all equations of noise and network.
    * With the differences B u of these pairs, weighted by area, a Poisson equation L u = r becomes (L + w B'B) u = r +
    * w B'B s, w = CouplingWeight / area of the surface and s the source surface for positions, 0 for features and other
-   * signals: parts keep their offsets. Results do not depend on the order of the components, and a surface of one
-   * component gives the same bits as without. A component without a pair is an error that names its first point.
-   * Default off.
+   * signals: parts keep their offsets. At the end of a flow of positions, in the last step of a trajectory, the offsets
+   * turn with the larger part of each pair: by the rigid motion that is nearest to it within twice the CouplingDistance.
+   * Results do not depend on the order of the components, and a surface of one component gives the same bits as without.
+   * A component without a pair is an error that names its first point. Default off.
    */
   vtkSetMacro(ComponentCoupling, bool);
   vtkGetMacro(ComponentCoupling, bool);

@@ -9,7 +9,14 @@ from surfacesynthesis.datasets import given_dataset
 from surfacesynthesis.sampling import farthest_samples
 from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkPoints
-from vtkmodules.vtkCommonDataModel import VTK_TETRA, vtkCellArray, vtkMultiBlockDataSet, vtkUnstructuredGrid
+from vtkmodules.vtkCommonDataModel import (
+    VTK_TETRA,
+    vtkCellArray,
+    vtkMultiBlockDataSet,
+    vtkPartitionedDataSet,
+    vtkPartitionedDataSetCollection,
+    vtkUnstructuredGrid,
+)
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 
 CAN_FILL = hasattr(ss, "vtkTetrahedralizeFilter") and hasattr(ss, "vtkIsotropicRemeshFilter")
@@ -143,6 +150,22 @@ def test_bodies_of_a_composite_dataset_rest_each_by_itself():
     assert np.abs(found[0][1] / 1.2 - found[0][0]).max() > 0.01, "each block has drops of its own"
     with pytest.raises(ss.SurfaceSynthesisError, match="[Mm]emory"):
         ss.rest_states(herd(*bodies), 10**6, memory_limit=1)
+    for empty in (vtkMultiBlockDataSet(), vtkUnstructuredGrid()):
+        with pytest.raises(ss.SurfaceSynthesisError, match="empty"):
+            ss.rest_states(empty, 1)
+
+
+def test_bodies_of_a_collection_rest_in_its_class():
+    bodies = vtkPartitionedDataSetCollection()
+    for number in range(2):
+        part = vtkPartitionedDataSet()
+        part.SetPartition(0, volume(1.0 + 0.1 * number))
+        bodies.SetPartitionedDataSet(number, part)
+    states = ss.rest_states(bodies, 2, seed=4, maximum_time=0.1)
+    assert isinstance(states, vtkPartitionedDataSetCollection)
+    for number in range(2):
+        place = states.GetPartitionedDataSet(number).GetPartitionAsDataObject(0)
+        assert isinstance(place, vtkMultiBlockDataSet) and place.GetNumberOfBlocks() == 2
 
 
 def test_shapes_of_a_composite_dataset_settle_each_in_its_place():

@@ -112,6 +112,11 @@ void RequireJoined(const std::vector<CoupledPair>& pairs, const MeshComponents& 
 }
 } // namespace
 
+double LargestDistance(const ComponentCoupling& coupling, double area)
+{
+  return coupling.Distance > 0.0 ? coupling.Distance : AutomaticDistance * std::sqrt(area);
+}
+
 std::vector<CoupledPair> FindCoupledPairs(const TriangleMesh& mesh, const MeshComponents& components,
   const ComponentCoupling& coupling, const Progress& progress)
 {
@@ -121,7 +126,7 @@ std::vector<CoupledPair> FindCoupledPairs(const TriangleMesh& mesh, const MeshCo
     return {};
   }
   const double area = std::accumulate(components.Area.begin(), components.Area.end(), 0.0);
-  const double limit = coupling.Distance > 0.0 ? coupling.Distance : AutomaticDistance * std::sqrt(area);
+  const double limit = LargestDistance(coupling, area);
   const TriangleTree tree(mesh, ComponentsOfTriangles(mesh, components));
   std::vector<NearestPlace> places(components.OfVertex.size());
   SharedProgress shared(progress, mesh.NumberOfPoints());

@@ -28,6 +28,9 @@ struct ComponentCoupling
   }
 };
 
+/// Largest distance of the two ends of a pair of a mesh of this area: Distance, or what 0 stands for.
+double LargestDistance(const ComponentCoupling& coupling, double area);
+
 /// A pair of close places of two components.
 struct CoupledPair
 {

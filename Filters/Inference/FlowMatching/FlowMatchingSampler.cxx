@@ -3,6 +3,7 @@
 
 #include "Core/Common/Errors.h"
 #include "Core/Common/FormatNumber.h"
+#include "Inference/FlowMatching/CoupledOffsets.h"
 #include "Inference/FlowMatching/FlowNoiseField.h"
 
 #include <algorithm>
@@ -96,8 +97,14 @@ public:
     CheckModel(*this->Model);
     TriangleMesh normalized = Normalized(mesh, this->Normalization);
     const PoissonOperators operators = BuildPoissonOperators(
-      normalized, topology, SubProgress(progress, 0.0, 0.5), this->Model->Velocity.Options.Shift, this->Coupling);
+      normalized, topology, SubProgress(progress, 0.0, 0.45), this->Model->Velocity.Options.Shift, this->Coupling);
     this->IsCoupled = operators.Coupling != nullptr;
+    if (this->IsCoupled && this->Model->GeneratesPositions())
+    {
+      TriangleMesh rounded = normalized; // as the operators have been built of
+      rounded.Points = normalized.Points.cast<float>().cast<double>();
+      this->Offsets.emplace(rounded, topology, this->Coupling, operators.Solver, SubProgress(progress, 0.45, 0.5));
+    }
     this->VertexMass = operators.VertexMass.cast<double>();
     if (whole)
     {
@@ -125,6 +132,7 @@ public:
   bool IsCoupled = false;     ///< true where there are components to couple
   Eigen::VectorXd VertexMass;
   std::optional<Eigen::RowVector3f> SourceMean; ///< mean position of a part, in the network's coordinates
+  std::optional<CoupledOffsets> Offsets;        ///< of components, where positions are generated
   std::optional<PoissonNetEvaluator> VelocityField;
   std::unique_ptr<FlowNoiseField> Field;
   FeatureMatrix Condition; ///< [V, 4 + E]: time, to be filled in, position, encoding
@@ -320,6 +328,12 @@ FeatureMatrix FlowMatchingSampler::Integrate(
     state *= static_cast<float>(time);
     state += static_cast<float>(1.0 - time) * evaluated(state, time);
     RequireBounded(state, largest, "in correction " + std::to_string(k + 1));
+  }
+  if (this->Impl->Offsets)
+  {
+    PointMatrix positions = state.cast<double>();
+    this->Impl->Offsets->Restore(positions);
+    state = positions.cast<float>();
   }
   if (observe)
   {

@@ -75,7 +75,8 @@ public:
   /// @param mesh the source surface, in the caller's coordinates.
   /// @param topology tables of the mesh when the caller has checked it with Requirements() already; else null.
   /// @param coupling of several components, in noise and network: the differences of positions at the coupled pairs are
-  /// led to those of @p mesh, differences of other signals to 0. Its distance is in the caller's units.
+  /// led to those of @p mesh, and turn with the surface at the end (CoupledOffsets); differences of other signals are
+  /// led to 0. Its distance is in the caller's units.
   /// @param normalization of the surface of which @p mesh is a part or a damaged copy, see FlowNormalization(); without one
   /// that of @p mesh. With a gradient-domain head the mean over @p mesh of positions is that of the source: a part keeps its
   /// place.
@@ -93,11 +94,11 @@ public:
   /// @throws InvalidInput when Temperature is out of its range.
   FeatureMatrix InitialNoise(const FlowSampleRequest& request, const Progress& progress = {}) const;
 
-  /// Receives the state at each flow time 0, 1 / Steps, ..., 1, the last one after its corrections; the reference is
-  /// only valid during the call.
+  /// Receives the state at each flow time 0, 1 / Steps, ..., 1, the last one after its corrections and the turn of
+  /// coupled offsets; the reference is only valid during the call.
   using Observer = std::function<void(double time, const FeatureMatrix& state)>;
 
-  /// Carries @p noise from flow time 0 to 1, and corrects the state there.
+  /// Carries @p noise from flow time 0 to 1, corrects the state there, and turns the offsets of coupled components.
   /// @throws InvalidInput when @p noise has the wrong shape, Steps is below 1 or Corrections out of its range, or when
   /// the state overflows: then the model does not fit the mesh; Cancelled.
   FeatureMatrix Integrate(FeatureMatrix noise, const FlowSampleRequest& request, const Observer& observe = {},

@@ -74,7 +74,7 @@ _PARAMETERS = """
 _COUPLING = """    component_coupling : bool
         True couples the connected components of the surface, so that parts move together, such as eyes in a body: each
         point within ``coupling_distance`` of another component is tied to the nearest place there. Parts keep
-        their offsets. Off, several components raise. Results do not depend
+        their offsets, which turn with the surface around them. Off, several components raise. Results do not depend
         on the order of the components, and one component gives the same bits as without. A component without a pair
         raises. Default False.
     coupling_weight : float

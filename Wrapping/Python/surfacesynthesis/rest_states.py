@@ -17,7 +17,7 @@ from vtkmodules.vtkCommonDataModel import (
 
 from .arguments import INT_MAX, INT_MIN, flag, in_range, integer, progress_callback
 from .datasets import given_dataset
-from .errors import SurfaceSynthesisWarning
+from .errors import SurfaceSynthesisError, SurfaceSynthesisWarning
 from .pipeline import apply_filter
 from .sampling import checked_range, in_parts, positions_of_blocks
 from .vtkSurfaceSynthesisEnsembles import vtkElasticRestFilter
@@ -117,7 +117,8 @@ def rest_states(
     -------
     numpy.ndarray or composite dataset
         The positions of the points in each rest state, [N, V, 3] float64, or float32 where the points of the mesh are.
-        For a composite dataset, one of its class instead, with a vtkMultiBlockDataSet of rest states in the place of each block.
+        For a composite dataset, one of its class instead, with a vtkMultiBlockDataSet of rest states in the place of each
+        block, which GetPartitionAsDataObject() of a vtkPartitionedDataSet gives.
 
     Raises
     ------
@@ -221,7 +222,8 @@ def settle(
     -------
     numpy.ndarray or composite dataset
         The positions of the points in each rest state, [N, V, 3] float64, or float32 where the points of the mesh are.
-        For a composite dataset, one of its class instead, with a vtkMultiBlockDataSet of rest states in the place of each block.
+        For a composite dataset, one of its class instead, with a vtkMultiBlockDataSet of rest states in the place of each
+        block, which GetPartitionAsDataObject() of a vtkPartitionedDataSet gives.
 
     Raises
     ------
@@ -261,6 +263,8 @@ def _limit_memory(algorithm, memory_limit):
 
 def _output_of(algorithm, dataset, progress):
     """The output of the filter of rest_states() and settle(), whose caller gets its warnings."""
+    if dataset.GetNumberOfPoints() == 0:
+        raise SurfaceSynthesisError("the mesh is empty; a body is needed")
     output, remarks = apply_filter(algorithm, dataset, progress_callback(progress))
     for text in remarks:
         warnings.warn(text, SurfaceSynthesisWarning, stacklevel=3)
