@@ -13,7 +13,8 @@ each, twice: with area and centroid of the damaged surface, and with those of th
 ``normalization_center`` of deform()). The samples are compared with poses of the undamaged surface, at the points that are left
 (PoseSpace of sample_spaces.py, RigSpace of body_space.py): the root mean square distance in units of the root of the area, and
 the mean of its square over that of the undamaged surface, as the table of the paper has it. Samples that grow without bound,
-which deform() refuses, are left out and counted. The column "of poses" is the distance that poses themselves have at these
+which deform() refuses, are left out and counted. With --repair holes are closed first, by ``repair(holes="all")``, and samples
+are drawn on the closed surface; distances are still those at the points of the damaged one. The column "of poses" is the distance that poses themselves have at these
 points: where a limb is gone, its pull on the rest is not known.
 """
 
@@ -25,6 +26,7 @@ import warnings
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 import surfacesynthesis
 from body_space import RigSpace, Skeleton, fitted_poses, moved_joints
@@ -162,12 +164,24 @@ def measured(options, space, points, triangles):
     mesh = points[used], corners.reshape(-1, 3)
     row = {"points": len(used), "faces": len(triangles), "area": point_masses(*mesh).sum() / space.area}
     seen = space.seen_at(used)
+    mesh, places = repaired(mesh) if options.repair else (mesh, np.arange(len(used)))
     row["of_poses"] = seen.residuals(space.poses[:, used]).mean()
     whole = {"normalization_area": space.area, "normalization_center": space.center}
     for name, normalization in (("own", {}), ("whole", whole)):
-        found = residuals_of(options, seen, mesh, normalization)
+        found = residuals_of(options, seen, mesh, places, normalization)
         row.update({f"{key}_{name}": value for key, value in found.items()})
     return row
+
+
+def repaired(mesh):
+    """The surface with its holes closed, and where the points of ``mesh`` are among its points."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", surfacesynthesis.SurfaceSynthesisWarning)  # no hole is too large here
+        whole = surfacesynthesis.repair(mesh, holes="all")
+    distances, places = cKDTree(whole[0]).query(mesh[0])
+    if distances.max() > 0.0:
+        raise SystemExit("the repair has moved points")
+    return whole, places
 
 
 def finite_samples(options, mesh, normalization):
@@ -194,15 +208,16 @@ def finite_samples(options, mesh, normalization):
     return found, errors
 
 
-def residuals_of(options, seen, mesh, normalization):
-    """Of the finite samples mean and deviation of the residuals, and mean of their squares; and the errors of the others."""
+def residuals_of(options, seen, mesh, places, normalization):
+    """Of the finite samples mean and deviation of the residuals, and mean of their squares, all at the points ``places`` of
+    the mesh; and the errors of the others."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", surfacesynthesis.SurfaceSynthesisWarning)  # half of a body is unlike the training
         samples, errors = finite_samples(options, mesh, normalization)
     found = {"unbounded": len(errors), "error": errors[0] if errors else ""}
     if not samples:
         return {"residual": np.nan, "deviation": np.nan, "square": np.nan, **found}
-    residuals = seen.residuals(samples)
+    residuals = seen.residuals(np.asarray(samples)[:, places])
     return {"residual": residuals.mean(), "deviation": residuals.std(), "square": (residuals**2).mean(), **found}
 
 
@@ -225,6 +240,7 @@ def parsed(arguments):
     parser.add_argument("--steps", type=int, default=10, metavar="N", help="of the flow (default: 10)")
     parser.add_argument("--corrections", type=int, metavar="N", help="of each sample (default: what suits the model)")
     parser.add_argument("--seed", type=int, default=0, help="default: 0")
+    parser.add_argument("--repair", action="store_true", help="close all holes first: repair()")
     parser.add_argument("--only", nargs="+", metavar="NAME", help='damages beside "none" (default: all)')
     parser.add_argument("--csv", metavar="FILE", help="write the table")
     options = parser.parse_args(arguments)

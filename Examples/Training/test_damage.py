@@ -91,6 +91,9 @@ def check_table(folder):
     assert np.isfinite(rows[4]["residual_whole"]), rows[4]
     assert np.isfinite(rows[4]["residual_own"]) or UNBOUNDED in rows[4]["error_own"], rows[4]
     assert not np.isclose(rows[4]["residual_own"], rows[4]["residual_whole"], rtol=1e-3), rows[4]
+    closed = damage.main([*options, "--model", sys.argv[2], "--only", damage.HALF, "--repair"])
+    assert closed[0] == rows[0], "a closed surface is as it was"
+    assert closed[1]["points"] == rows[4]["points"] and closed[1]["residual_whole"] != rows[4]["residual_whole"], closed[1]
 
 
 def check_samples_without_bound():
@@ -112,6 +115,17 @@ def check_samples_without_bound():
     assert [int(sample[0, 0]) for sample in found] == [0, 1, 4, 5, 6, 7, 8] and len(errors) == 3
 
 
+def check_repair():
+    """Half of a surface is closed, and its points are found in the result."""
+    points, triangles = jack(3)
+    used, corners = np.unique(damage.half_of(points, triangles), return_inverse=True)
+    mesh = points[used], corners.reshape(-1, 3)
+    whole, places = damage.repaired(mesh)
+    assert surfacesynthesis.topology_report(mesh)["boundary_edges"] > 0
+    assert surfacesynthesis.topology_report(whole)["boundary_edges"] == 0
+    assert len(set(places)) == len(used) and np.array_equal(whole[0][places], mesh[0])
+
+
 def check_arguments():
     """Two surfaces, and a damage that there is none of, end the program."""
     for wrong in (["--bodies", "a", "--armadillo", "b"], ["--only", "tiny holes"]):
@@ -129,5 +143,6 @@ if __name__ == "__main__":
     check_samples_without_bound()
     check_damages()
     check_points_that_are_left()
+    check_repair()
     check_table(sys.argv[1])
     print("passed")
