@@ -163,8 +163,11 @@ def measured(options, space, points, triangles):
     used, corners = np.unique(triangles, return_inverse=True)
     mesh = points[used], corners.reshape(-1, 3)
     row = {"points": len(used), "faces": len(triangles), "area": point_masses(*mesh).sum() / space.area}
+    kept = places = np.arange(len(used))
+    if options.repair:
+        mesh, kept, places = repaired(mesh)
+    used = used[kept]
     seen = space.seen_at(used)
-    mesh, places = repaired(mesh) if options.repair else (mesh, np.arange(len(used)))
     row["of_poses"] = seen.residuals(space.poses[:, used]).mean()
     whole = {"normalization_area": space.area, "normalization_center": space.center}
     for name, normalization in (("own", {}), ("whole", whole)):
@@ -174,14 +177,13 @@ def measured(options, space, points, triangles):
 
 
 def repaired(mesh):
-    """The surface with its holes closed, and where the points of ``mesh`` are among its points."""
+    """The surface with its holes closed, numbers of the points of ``mesh`` that it keeps, and where they are among its own."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", surfacesynthesis.SurfaceSynthesisWarning)  # no hole is too large here
         whole = surfacesynthesis.repair(mesh, holes="all")
     distances, places = cKDTree(whole[0]).query(mesh[0])
-    if distances.max() > 0.0:
-        raise SystemExit("the repair has moved points")
-    return whole, places
+    kept = np.flatnonzero(distances == 0.0)  # all but a few at non-manifold points
+    return whole, kept, places[kept]
 
 
 def finite_samples(options, mesh, normalization):

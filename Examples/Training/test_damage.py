@@ -120,10 +120,14 @@ def check_repair():
     points, triangles = jack(3)
     used, corners = np.unique(damage.half_of(points, triangles), return_inverse=True)
     mesh = points[used], corners.reshape(-1, 3)
-    whole, places = damage.repaired(mesh)
+    whole, kept, places = damage.repaired(mesh)
     assert surfacesynthesis.topology_report(mesh)["boundary_edges"] > 0
     assert surfacesynthesis.topology_report(whole)["boundary_edges"] == 0
-    assert len(set(places)) == len(used) and np.array_equal(whole[0][places], mesh[0])
+    assert np.array_equal(kept, np.arange(len(used))) and np.array_equal(whole[0][places], mesh[0])
+    assert len(set(places)) == len(used)
+    # A point of no triangle goes in the repair, and is not kept.
+    _, kept, places = damage.repaired((np.concatenate([[[9.0, 9.0, 9.0]], mesh[0]]), mesh[1] + 1))
+    assert np.array_equal(kept, 1 + np.arange(len(used))) and len(places) == len(kept)
 
 
 def check_arguments():
