@@ -29,7 +29,8 @@ constexpr int MostCorrections = 20;
 [[noreturn]] void RefuseUnbounded(const std::string& where)
 {
   throw InvalidInput("FlowMatchingSampler: the state grows without bound " + where +
-    "; expected a model that was trained on surfaces like this one.");
+    "; expected a model that was trained on surfaces like this one. A surface with holes may need them closed "
+    "(vtkSurfaceRepairFilter).");
 }
 
 /// @throws InvalidInput when a state is beyond its limit.
