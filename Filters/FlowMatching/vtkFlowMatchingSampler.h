@@ -28,7 +28,8 @@
  * shape or orientation, and for a closed surface whose faces point inwards. A part of the surface of the training, or a
  * copy with holes, has another area and centroid, by which models place and scale it: NormalizationArea and
  * NormalizationCenter give those of the whole surface. The warning then tells of second moments beyond those of the
- * whole. A composite input is processed block by block, with noise that differs between blocks; a block that cannot be
+ * whole. Samples on a surface with holes are better, and finite more often, where vtkSurfaceRepairFilter has closed them
+ * first. A composite input is processed block by block, with noise that differs between blocks; a block that cannot be
  * processed is reported and left empty, the others are not affected. Empty input gives empty output.
  *
  * @par Output
