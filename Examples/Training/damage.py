@@ -13,9 +13,9 @@ each, twice: with area and centroid of the damaged surface, and with those of th
 ``normalization_center`` of deform()). The samples are compared with poses of the undamaged surface, at the points that are left
 (PoseSpace of sample_spaces.py, RigSpace of body_space.py): the root mean square distance in units of the root of the area, and
 the mean of its square over that of the undamaged surface, as the table of the paper has it. Samples that grow without bound,
-which deform() refuses, are left out and counted. With --repair holes are closed first, by ``repair(holes="all")``, and samples
-are drawn on the closed surface; distances are still those at the points of the damaged one. The column "of poses" is the distance that poses themselves have at these
-points: where a limb is gone, its pull on the rest is not known.
+which deform() refuses, are left out and counted. With --repair holes are closed first, by repair(), which keeps the largest
+component, and samples are drawn on the closed surface; distances are still those at the points of the damaged one. The column
+"of poses" is the distance that poses themselves have at these points: where a limb is gone, its pull on the rest is not known.
 """
 
 import argparse
@@ -177,10 +177,10 @@ def measured(options, space, points, triangles):
 
 
 def repaired(mesh):
-    """The surface with its holes closed, numbers of the points of ``mesh`` that it keeps, and where they are among its own."""
+    """The largest component with its holes closed, numbers of the points of ``mesh`` that it keeps, and where they are there."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", surfacesynthesis.SurfaceSynthesisWarning)  # no hole is too large here
-        whole = surfacesynthesis.repair(mesh, holes="all")
+        whole = surfacesynthesis.repair(mesh, holes="all", largest_component=True)
     distances, places = cKDTree(whole[0]).query(mesh[0])
     kept = np.flatnonzero(distances == 0.0)  # all but a few at non-manifold points
     return whole, kept, places[kept]
